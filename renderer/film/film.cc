@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples into tiles, tiles into the film.
+#include "renderer/film/film.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace patina {
+
+namespace {
+
+constexpr int kLargestRaster = 1 << 16;             // pixels per side
+constexpr std::uint64_t kLargestFilm = 1ull << 32;  // floats
+constexpr float kLargestFilter = 64;                // pixels
+constexpr int kLargestBucket = 1024;                // pixels per side
+
+int floorDivide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+// Pixels beyond a sample's own that it can count for on one axis.
+int reachOf(float width) { return std::max(0, static_cast<int>(std::ceil(width / 2 - 0.5f))); }
+
+PixelRect intersection(const PixelRect& a, const PixelRect& b) {
+  return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
+}
+
+std::size_t area(const PixelRect& r) {
+  return r.empty() ? 0 : static_cast<std::size_t>(r.width()) * static_cast<std::size_t>(r.height());
+}
+
+std::size_t indexIn(const PixelRect& r, int x, int y) {
+  return static_cast<std::size_t>(y - r.y0) * static_cast<std::size_t>(r.width()) +
+         static_cast<std::size_t>(x - r.x0);
+}
+
+bool acceptable(std::span<const float> values, std::span<const FilmChannel> channels) {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const float v = values[c];
+    const bool fine = channels[c].combine == Combine::filter ? std::abs(v) <= kLargestSample
+                                                             : v > -kFarDepth && !std::isnan(v);
+    if (!fine) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+PixelRect cropPixels(int width, int height, const std::array<float, 4>& crop) {
+  // ceil(n * f) in single precision, as RI's C binding computes it, so that 640 * 0.1f is 64 and not 65.
+  const auto edge = [](int n, float f) { return std::ceil(static_cast<float>(n) * f); };
+  const auto clamped = [](float pixel, int n) {
+    return static_cast<int>(std::clamp(pixel, 0.f, static_cast<float>(n - 1)));
+  };
+  return {clamped(edge(width, crop[0]), width), clamped(edge(height, crop[2]), height),
+          clamped(edge(width, crop[1]) - 1, width) + 1, clamped(edge(height, crop[3]) - 1, height) + 1};
+}
+
+void PixelMoments::add(float value) {
+  count += 1;
+  const float delta = value - mean;
+  mean += delta / count;
+  sumSquares += delta * (value - mean);
+}
+
+float PixelMoments::meanVariance() const {
+  return count < 2 ? std::numeric_limits<float>::infinity() : sumSquares / (count * (count - 1));
+}
+
+// ---- FilmTile
+
+bool FilmTile::addSample(double x, double y, std::span<const float> values) {
+  if (!acceptable(values, channels_)) {
+    ++refused_;
+    return false;
+  }
+  ++samples_;
+  const int px = std::clamp(static_cast<int>(std::floor(x)), samplePixels_.x0, samplePixels_.x1 - 1);
+  const int py = std::clamp(static_cast<int>(std::floor(y)), samplePixels_.y0, samplePixels_.y1 - 1);
+  splat(x, y, values);
+  if (pixels_.contains(px, py)) {
+    float* nearest = &nearest_[indexIn(pixels_, px, py) * channels_.size()];
+    for (std::size_t c = 0; c < channels_.size(); ++c) nearest[c] = std::min(nearest[c], values[c]);
+  }
+  if (!moments_.empty()) {
+    const float luminance = 0.2126f * values[0] + 0.7152f * values[1] + 0.0722f * values[2];
+    moments_[indexIn(samplePixels_, px, py)].add(luminance);
+  }
+  return true;
+}
+
+// Adds the sample to every pixel whose filter support holds it.
+void FilmTile::splat(double x, double y, std::span<const float> values) {
+  const auto first = [](double at, float width) {
+    return static_cast<int>(std::floor(at - width / 2 - 0.5)) + 1;
+  };
+  const auto last = [](double at, float width) { return static_cast<int>(std::floor(at + width / 2 - 0.5)); };
+  const int x0 = std::max(first(x, filter_.xWidth), pixels_.x0);
+  const int x1 = std::min(last(x, filter_.xWidth), pixels_.x1 - 1);
+  const int y0 = std::max(first(y, filter_.yWidth), pixels_.y0);
+  const int y1 = std::min(last(y, filter_.yWidth), pixels_.y1 - 1);
+  const std::size_t channels = channels_.size();
+  for (int j = y0; j <= y1; ++j) {
+    double* sums = &sums_[indexIn(pixels_, x0, j) * (channels + 1)];
+    for (int i = x0; i <= x1; ++i, sums += channels + 1) {
+      const double w = filter_.weight(static_cast<float>(x - i - 0.5), static_cast<float>(y - j - 0.5));
+      for (std::size_t c = 0; c < channels; ++c) sums[c] += w * static_cast<double>(values[c]);
+      sums[channels] += w;
+    }
+  }
+}
+
+const PixelMoments& FilmTile::moments(int x, int y) const {
+  static const PixelMoments none;
+  return moments_.empty() ? none : moments_[indexIn(samplePixels_, x, y)];
+}
+
+// ---- Film
+
+std::string Film::problem(const FilmSettings& s) {
+  if (s.width < 1 || s.height < 1 || s.width > kLargestRaster || s.height > kLargestRaster)
+    return "a picture must have 1 to " + std::to_string(kLargestRaster) + " pixels per side";
+  for (const float f : s.crop)
+    if (!(f >= 0 && f <= 1)) return "the crop window's edges must lie in 0..1";
+  const PixelRect pixels = cropPixels(s.width, s.height, s.crop);
+  if (pixels.empty()) return "the crop window holds no pixel";
+  if (!(s.filter.xWidth > 0 && s.filter.xWidth <= kLargestFilter && s.filter.yWidth > 0 &&
+        s.filter.yWidth <= kLargestFilter))
+    return "a pixel filter's width must be more than 0 and at most 64 pixels";
+  if (s.bucketWidth < 1 || s.bucketHeight < 1 || s.bucketWidth > kLargestBucket ||
+      s.bucketHeight > kLargestBucket)
+    return "a bucket must have 1 to " + std::to_string(kLargestBucket) + " pixels per side";
+  if (s.channels.empty() || (s.variance && s.channels.size() < 3)) return "the film has too few channels";
+  if (area(pixels) * (s.channels.size() + 1) > kLargestFilm)
+    return "the picture's channels would take more than 16 GB";
+  return {};
+}
+
+Film::Film(FilmSettings settings)
+    : settings_(std::move(settings)), pixels_(cropPixels(settings_.width, settings_.height, settings_.crop)) {
+  const PixelFilter& filter = settings_.filter;
+  const int reachX = reachOf(filter.xWidth), reachY = reachOf(filter.yWidth);
+  const int bucketX = settings_.bucketWidth, bucketY = settings_.bucketHeight;
+  samplePixels_ = reach(pixels_);
+
+  firstTileX_ = floorDivide(samplePixels_.x0, bucketX);
+  firstTileY_ = floorDivide(samplePixels_.y0, bucketY);
+  tilesX_ = floorDivide(samplePixels_.x1 - 1, bucketX) - firstTileX_ + 1;
+  tilesY_ = floorDivide(samplePixels_.y1 - 1, bucketY) - firstTileY_ + 1;
+  neighbourReachX_ = (2 * reachX + bucketX - 1) / bucketX;
+  neighbourReachY_ = (2 * reachY + bucketY - 1) / bucketY;
+  colourPeriodX_ = neighbourReachX_ + 1;
+  colourPeriodY_ = neighbourReachY_ + 1;
+
+  const std::size_t tiles = static_cast<std::size_t>(tilesX_) * static_cast<std::size_t>(tilesY_);
+  states_.assign(tiles, TileState::open);
+  waiting_.resize(tiles);
+  sums_.assign(area(pixels_) * (settings_.channels.size() + 1), 0.f);
+  for (std::size_t c = 0; c < settings_.channels.size(); ++c)
+    if (settings_.channels[c].combine == Combine::nearest)
+      for (std::size_t i = c; i < sums_.size(); i += settings_.channels.size() + 1) sums_[i] = kFarDepth;
+  if (settings_.variance) moments_.resize(area(pixels_));
+}
+
+PixelRect Film::reach(const PixelRect& r) const {
+  const int x = reachOf(settings_.filter.xWidth), y = reachOf(settings_.filter.yWidth);
+  return {r.x0 - x, r.y0 - y, r.x1 + x, r.y1 + y};
+}
+
+PixelRect Film::tileSamplePixels(int index) const {
+  const int x = (firstTileX_ + index % tilesX_) * settings_.bucketWidth;
+  const int y = (firstTileY_ + index / tilesX_) * settings_.bucketHeight;
+  return intersection({x, y, x + settings_.bucketWidth, y + settings_.bucketHeight}, samplePixels_);
+}
+
+FilmTile Film::begin(int index) const {
+  FilmTile tile;
+  tile.index_ = index;
+  tile.filter_ = settings_.filter;
+  tile.channels_ = settings_.channels;
+  tile.samplePixels_ = tileSamplePixels(index);
+  tile.pixels_ = intersection(reach(tile.samplePixels_), pixels_);
+  tile.sums_.assign(area(tile.pixels_) * (settings_.channels.size() + 1), 0.);
+  tile.nearest_.assign(area(tile.pixels_) * settings_.channels.size(), kFarDepth);
+  if (settings_.variance) tile.moments_.resize(area(tile.samplePixels_));
+  return tile;
+}
+
+// The colour is taken from the raster's tile grid, not the crop window's, so that a crop adds in the same
+// order.
+int Film::colour(int index) const {
+  const auto wrapped = [](int a, int period) { return a - floorDivide(a, period) * period; };
+  return wrapped(firstTileY_ + index / tilesX_, colourPeriodY_) * colourPeriodX_ +
+         wrapped(firstTileX_ + index % tilesX_, colourPeriodX_);
+}
+
+// Calls visit(tile) for each other tile whose pixels may overlap this one's.
+template <class Visit>
+void Film::forEachNeighbour(int index, Visit visit) const {
+  const int x = index % tilesX_, y = index / tilesX_;
+  for (int j = std::max(0, y - neighbourReachY_); j <= std::min(tilesY_ - 1, y + neighbourReachY_); ++j)
+    for (int i = std::max(0, x - neighbourReachX_); i <= std::min(tilesX_ - 1, x + neighbourReachX_); ++i)
+      if (i != x || j != y) visit(j * tilesX_ + i);
+}
+
+bool Film::mayMerge(int index) const {
+  bool ready = true;
+  const int own = colour(index);
+  forEachNeighbour(index, [&](int other) {
+    if (colour(other) < own && states_[static_cast<std::size_t>(other)] != TileState::merged) ready = false;
+  });
+  return ready;
+}
+
+void Film::finish(FilmTile&& tile) {
+  const std::lock_guard lock(mutex_);
+  const auto at = static_cast<std::size_t>(tile.index_);
+  if (states_[at] != TileState::open) return;
+  states_[at] = TileState::waiting;
+  waiting_[at] = std::make_unique<FilmTile>(std::move(tile));
+
+  // Merging a tile may free its neighbours, and those theirs.
+  std::vector<int> candidates = {static_cast<int>(at)};
+  while (!candidates.empty()) {
+    const int index = candidates.back();
+    candidates.pop_back();
+    const auto i = static_cast<std::size_t>(index);
+    if (states_[i] != TileState::waiting || !mayMerge(index)) continue;
+    merge(*waiting_[i]);
+    waiting_[i].reset();
+    states_[i] = TileState::merged;
+    ++mergedTiles_;
+    forEachNeighbour(index, [&](int other) { candidates.push_back(other); });
+  }
+}
+
+void Film::merge(const FilmTile& tile) {
+  const std::size_t channels = settings_.channels.size();
+  for (int y = tile.pixels_.y0; y < tile.pixels_.y1; ++y)
+    for (int x = tile.pixels_.x0; x < tile.pixels_.x1; ++x) {
+      const std::size_t from = indexIn(tile.pixels_, x, y);
+      const double* sums = &tile.sums_[from * (channels + 1)];
+      float* to = &sums_[pixelOffset(x, y)];
+      for (std::size_t c = 0; c < channels; ++c) {
+        if (settings_.channels[c].combine == Combine::nearest)
+          to[c] = std::min(to[c], tile.nearest_[from * channels + c]);
+        else
+          to[c] += static_cast<float>(sums[c]);
+      }
+      to[channels] += static_cast<float>(sums[channels]);
+    }
+  if (!moments_.empty()) {
+    const PixelRect own = intersection(tile.samplePixels_, pixels_);
+    for (int y = own.y0; y < own.y1; ++y)
+      for (int x = own.x0; x < own.x1; ++x) moments_[indexIn(pixels_, x, y)] = tile.moments(x, y);
+  }
+  samples_ += tile.samples_;
+  refused_ += tile.refused_;
+}
+
+std::size_t Film::pixelOffset(int x, int y) const {
+  return indexIn(pixels_, x, y) * (settings_.channels.size() + 1);
+}
+
+int Film::channelIndex(std::string_view name) const {
+  for (std::size_t c = 0; c < settings_.channels.size(); ++c)
+    if (settings_.channels[c].name == name) return static_cast<int>(c);
+  return -1;
+}
+
+float Film::value(int x, int y, int channel) const {
+  const auto c = static_cast<std::size_t>(channel);
+  const float* sums = &sums_[pixelOffset(x, y)];
+  if (settings_.channels[c].combine == Combine::nearest) return sums[c];
+  // A filter with negative lobes can leave a pixel of few samples without weight: then there is nothing to
+  // divide.
+  const float weight = sums[settings_.channels.size()];
+  return weight > 1e-6f ? sums[c] / weight : 0.f;
+}
+
+float Film::meanVariance(int x, int y) const {
+  return moments_.empty() ? std::numeric_limits<float>::infinity()
+                          : moments_[indexIn(pixels_, x, y)].meanVariance();
+}
+
+}  // namespace patina

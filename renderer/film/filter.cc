@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pixel filters' formulas (RI 3.2, appendix E).
+#include "renderer/film/filter.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace patina {
+
+namespace {
+
+float windowedSinc(float d, float width) {
+  const float x = std::numbers::pi_v<float> * d;
+  const float sinc = std::abs(x) < 1e-4f ? 1.f : std::sin(x) / x;
+  return sinc * std::cos(x / width);
+}
+
+// The spline as RI prints it: twice the usual one, which the normalisation takes out again.
+float catmullRom(float r) {
+  if (r >= 2) return 0;
+  return r < 1 ? (3 * r - 5) * r * r + 2 : ((5 - r) * r - 8) * r + 4;
+}
+
+}  // namespace
+
+float PixelFilter::weight(float dx, float dy) const {
+  const float u = 2 * dx / xWidth, v = 2 * dy / yWidth;  // -1..1 over the support
+  if (u < -1 || u >= 1 || v < -1 || v >= 1) return 0;
+  switch (kind) {
+    case Kind::box:
+      return 1;
+    case Kind::triangle:
+      return (1 - std::abs(u)) * (1 - std::abs(v));
+    case Kind::catmullRom:
+      return catmullRom(std::sqrt(dx * dx + dy * dy));
+    case Kind::sinc:
+      return windowedSinc(dx, xWidth) * windowedSinc(dy, yWidth);
+    case Kind::gaussian:
+      return std::exp(-2 * (u * u + v * v));
+  }
+  return 0;
+}
+
+std::optional<PixelFilter::Kind> PixelFilter::fromName(std::string_view name) {
+  if (name == "box") return Kind::box;
+  if (name == "triangle") return Kind::triangle;
+  if (name == "catmull-rom") return Kind::catmullRom;
+  if (name == "sinc") return Kind::sinc;
+  if (name == "gaussian") return Kind::gaussian;
+  return std::nullopt;
+}
+
+}  // namespace patina
