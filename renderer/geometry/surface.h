@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// A primitive as parametric faces: what tessellation, dicing and shading ask of every kind of geometry.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "renderer/base/math.h"
+#include "renderer/scene/scene.h"
+
+namespace patina {
+
+/// The domain of a face. Quad: (u, v) in the unit square. Triangle: u, v >= 0, u + v <= 1; the corners are (0,0), (1,0)
+/// and (0,1), so that (1-u-v, u, v) are the barycentric weights.
+enum class FaceShape : uint8_t { Quad, Triangle };
+
+/// A point of the smooth surface, in object space. N is unit length and follows dPdu x dPdv of the face's own
+/// parameters, not the primitive's orientation. At poles and collapsed edges N is the limit, never zero.
+struct SurfacePoint {
+  V3f P, N, dPdu, dPdv;
+};
+
+/// One primitive. Immutable after construction; every function may be called from any thread.
+class Surface {
+ public:
+  virtual ~Surface() = default;
+
+  virtual uint32_t faceCount() const = 0;
+  virtual FaceShape faceShape(uint32_t face) const = 0;
+
+  /// True when every face is exactly what its corners span: a triangle, or a quad made of the two triangles
+  /// (00, 10, 01) and (11, 01, 10). Such faces are traced as they are, however finely they are shaded.
+  virtual bool isFlat() const = 0;
+
+  /// Corners of a face: (0,0) (1,0) (0,1) [(1,1)].
+  virtual void corners(uint32_t face, V3f out[4]) const = 0;
+
+  virtual SurfacePoint evaluate(uint32_t face, float u, float v) const = 0;
+
+  /// Many points of one face; the default calls evaluate() for each.
+  virtual void evaluateMany(uint32_t face, std::span<const V2f> uv, std::span<SurfacePoint> out) const {
+    for (size_t i = 0; i < uv.size(); ++i) out[i] = evaluate(face, uv[i].x, uv[i].y);
+  }
+
+  /// The value of a primitive variable by the rule of its class on this kind of primitive: `out` gets
+  /// variable.components floats. (For string and integer variables see uniformIndex.)
+  virtual void interpolate(const PrimVar& variable, uint32_t face, float u, float v, float* out) const = 0;
+
+  /// Which uniform value belongs to a face (the polygon, patch or base face that it is a part of).
+  virtual uint32_t uniformIndex(uint32_t face) const = 0;
+
+  /// The primitive's own u, v of RI at a face's (u, v): 0 to 1 over a whole patch mesh or quadric; object x, y on
+  /// polygons. They are also the texture coordinates before TextureCoordinates, where no s, t or st is given.
+  virtual V2f surfaceParameters(uint32_t face, float u, float v) const = 0;
+
+  /// Derivatives of surfaceParameters by the face's u and v, for texture footprints: (du/du, dv/dv) as lengths.
+  virtual V2f parameterScale(uint32_t face) const = 0;
+
+  virtual Box3f bound() const = 0;  ///< object space
+
+  /// Tessellation of a surface that is not flat, for tracing: `cells` micropolygons along u and along v of every face,
+  /// out[face * (cells+1)^2 + j * (cells+1) + i] at u = i/cells, v = j/cells. Vertices on an edge that two faces share
+  /// are bit-identical in both, so that no ray passes between them. `cells` is a power of two.
+  /// [Only quad faces; the default evaluates each point and welds nothing.]
+  virtual void tessellate(uint32_t cells, std::span<V3f> out) const;
+
+  size_t memory() const { return memory_; }  ///< bytes held, for statistics
+
+ protected:
+  size_t memory_ = 0;
+};
+
+/// Builds the surface of a primitive. Geometry that cannot be made sense of (no area, bad counts) is reported to
+/// `errors` with the primitive's location and gives nullptr; what can be mended is mended with a warning.
+/// The surface keeps references into `primitive`, which must outlive it.
+std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors);
+
+/// Finds a primitive variable by name; nullptr when there is none.
+const PrimVar* findVariable(const Primitive& primitive, std::string_view name);
+
+/// How many values a variable of a class has on this shape (RI 3.2, section 5): used by the scene to check counts.
+size_t valueCount(const Shape& shape, size_t vertexCount, StorageClass storage);
+
+}  // namespace patina

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// One frame, from scene to film: the entry to everything that renders.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "renderer/film/film.h"
+#include "renderer/scene/scene.h"
+
+namespace patina {
+
+/// What the command line says; where it is silent the RIB's options hold, then the defaults.
+struct RenderSettings {
+  std::string mode;                   ///< "radiosity", "distribution", "path", "direct"; "" = not said
+  int threads = 0;                    ///< 0 = as many as the machine has
+  std::optional<int> samples;         ///< camera samples per pixel, in every mode
+  std::optional<int> rays;            ///< diffuse rays per shading point at diffuse depth 0
+  std::optional<int> lightSamples;    ///< shadow rays per area light and shading point at depth 0
+  std::optional<double> cacheMemoryMb;
+  bool classic = false;               ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
+  bool shadeAtHits = false;           ///< --shading hit: no decoupling of shading from visibility
+  std::string shaderPath, texturePath;  ///< searched before the RIB's, RI path syntax
+  bool allowShaderPaths = false;
+  std::function<void(double)> progress;  ///< fraction of the buckets done, 0 to 1; called from any thread, serialised
+  std::function<bool()> interrupted;     ///< true = stop after the buckets in work; the film holds what is there
+};
+
+/// Renders `scene` and returns its film, or nullptr when nothing could be rendered (which has been reported).
+/// [One call at a time in a process: Embree and the thread pool are shared.]
+std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& settings, ErrorHandler& errors);
+
+}  // namespace patina

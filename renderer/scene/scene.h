@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene as data: what a frame's requests come to. Knows nothing of patches, rays or shader plugins.
+//
+// Everything here is written by SceneBuilder on one thread and is read-only once rendering begins.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "renderer/base/math.h"
+#include "rib/error.h"
+#include "rib/params.h"
+
+namespace patina {
+
+inline constexpr uint32_t kNone = 0xffffffffu;
+
+// ---- Shader bindings ---------------------------------------------------------------------------------------------
+
+/// One argument of a shader as the RIB gives it; point-like values are in the binding's shader space.
+struct ShaderArgument {
+  std::string name;
+  ValueType type = ValueType::Float;
+  int arrayLength = 0;  ///< 0 = not an array
+  std::vector<float> floats;
+  std::vector<int> ints;
+  std::vector<std::string> strings;
+  Location where;
+};
+
+/// A Surface, Displacement, LightSource ... request. Shaders themselves are loaded by renderer/shading.
+struct ShaderBinding {
+  std::string name;
+  std::vector<ShaderArgument> arguments;
+  M44d shaderToWorld;  ///< the current transformation at the request
+  Location where;
+};
+
+// ---- Attributes --------------------------------------------------------------------------------------------------
+
+/// Kinds of rays; the bits of a primitive's visibility.
+enum RayMask : uint32_t { kCameraRay = 1, kDiffuseRay = 2, kSpecularRay = 4, kTransmissionRay = 8, kAnyRay = 15 };
+
+/// The part of the graphics state that a primitive keeps. Equal states are stored once (Scene::attributes).
+struct Attributes {
+  Rgb color{1, 1, 1};
+  Rgb opacity{1, 1, 1};
+  std::array<float, 8> textureCoordinates{0, 0, 1, 0, 0, 1, 1, 1};
+  uint32_t surface = kNone;       ///< index of Scene::shaders; kNone = the default surface
+  uint32_t displacement = kNone;  ///< index of Scene::shaders
+  uint32_t areaLight = kNone;     ///< index of Scene::lights: the geometry emits
+  std::vector<uint32_t> lights;   ///< indices of Scene::lights that illuminate, ascending
+  float shadingRate = 1;          ///< micropolygon area in pixels
+  bool matte = false;
+  bool oneSided = false;          ///< Sides 1: only the outside is met by rays
+  bool smoothShading = false;     ///< ShadingInterpolation "smooth"
+  bool castsShadows = true;       ///< Attribute "render" "casts_shadows", "visibility" "transmission"
+  uint32_t visibility = kAnyRay;  ///< RayMask bits
+  int maxDiffuseDepth = 1;
+  int maxSpecularDepth = 2;
+  float displacementBound = 0;    ///< object space
+  std::string name;               ///< Attribute "identifier" "name"
+  bool operator==(const Attributes&) const = default;
+};
+
+// ---- Primitives --------------------------------------------------------------------------------------------------
+
+/// A primitive variable, checked: `floats` (or ints, strings) hold exactly as many values as its class asks for on its
+/// primitive. Object space for points, vectors and normals.
+struct PrimVar {
+  std::string name;
+  StorageClass storage = StorageClass::Uniform;
+  ValueType type = ValueType::Float;
+  int arrayLength = 1;
+  int components = 1;  ///< floats per value: that of the type times arrayLength
+  std::vector<float> floats;
+  std::vector<int> ints;
+  std::vector<std::string> strings;
+};
+
+/// Polygons with holes: face f has loopsPerFace[f] loops, loop l has vertsPerLoop[l] vertices; the first is the outside.
+struct PolygonMesh {
+  std::vector<int> loopsPerFace;
+  std::vector<int> vertsPerLoop;
+  std::vector<int> vertices;  ///< indices into "P"
+};
+
+struct Quadric {
+  enum class Kind { Sphere, Cone, Cylinder, Hyperboloid, Paraboloid, Disk, Torus } kind = Kind::Sphere;
+  /// In the request's order without thetamax: radius zmin zmax | height radius | radius zmin zmax | p1 p2 | rmax zmin
+  /// zmax | height radius | major minor phimin phimax (degrees).
+  std::array<float, 6> values{};
+  float thetaMax = 360;  ///< degrees
+};
+
+struct CubicBasis {
+  M44f matrix;  ///< rows as in RiBasis
+  int step = 3;
+  bool operator==(const CubicBasis&) const = default;
+};
+
+/// Patch and PatchMesh: nu x nv control points, row by row along u.
+struct ParametricMesh {
+  bool bicubic = false;
+  int nu = 2, nv = 2;
+  bool periodicU = false, periodicV = false;
+  CubicBasis basisU, basisV;
+};
+
+struct SubdivisionMesh {
+  std::string scheme;  ///< "catmull-clark", "loop" ...
+  std::vector<int> vertsPerFace;
+  std::vector<int> vertices;
+  struct Tag {
+    std::string name;
+    std::vector<int> ints;
+    std::vector<float> floats;
+    std::vector<std::string> strings;
+  };
+  std::vector<Tag> tags;
+};
+
+using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh>;
+
+struct Primitive {
+  Shape shape;
+  std::vector<PrimVar> variables;  ///< "P" among them where the shape has vertices (Pw and Pz are converted)
+  M44d objectToWorld;              ///< inside an object definition: to the object's space
+  uint32_t attributes = kNone;     ///< index of Scene::attributes; kNone inside an object: those of the instance
+  bool reversed = false;           ///< the outside is opposite to dPdu x dPdv (orientation against handedness)
+  Location where;
+};
+
+struct ObjectDefinition {
+  std::vector<Primitive> primitives;
+};
+
+struct Instance {
+  uint32_t object = kNone;  ///< index of Scene::objects
+  M44d objectToWorld;
+  uint32_t attributes = kNone;
+  bool reversed = false;  ///< the instance's transformation turns primitives inside out
+  Location where;
+};
+
+struct Light {
+  uint32_t shader = kNone;  ///< index of Scene::shaders
+  bool isArea = false;      ///< AreaLightSource: primitives whose attributes name it emit
+  bool castsShadows = true; ///< Attribute "light" "shadows" is not "off"
+  std::string handle;
+};
+
+// ---- Options -----------------------------------------------------------------------------------------------------
+
+struct Camera {
+  bool perspective = true;
+  float fov = 90;                                   ///< degrees, of the narrower side of the unit screen window
+  std::array<float, 4> screenWindow{-1, 1, -1, 1};  ///< left right bottom top
+  float nearPlane = 1e-10f, farPlane = 1e38f;       ///< camera space
+  M44d worldToCamera;                               ///< left-handed camera space looking down +z
+  float fStop = std::numeric_limits<float>::infinity(), focalLength = 1, focalDistance = 1;
+  float shutterOpen = 0, shutterClose = 0;
+};
+
+struct DisplayRequest {
+  std::string name, type, mode;
+  std::map<std::string, std::string> strings;           ///< display parameters
+  std::map<std::string, std::vector<float>> numbers;
+  Location where;
+};
+
+struct Quantization {
+  int one = 255, minimum = 0, maximum = 255;
+  float dither = 0.5f;
+};
+
+struct Options {
+  int xResolution = 640, yResolution = 480;
+  float pixelAspect = 1;
+  std::optional<float> frameAspect;
+  std::array<float, 4> crop{0, 1, 0, 1};  ///< xmin xmax ymin ymax, fractions of the picture
+  int pixelSamplesX = 2, pixelSamplesY = 2;
+  float pixelVariance = 0;
+  std::string filter = "gaussian";
+  float filterWidthX = 2, filterWidthY = 2;
+  float exposureGain = 1, exposureGamma = 1;
+  std::optional<Quantization> colorQuantization;  ///< empty: the display's default
+  std::optional<Quantization> depthQuantization;
+  std::vector<DisplayRequest> displays;
+  std::string mode;                          ///< Option "patina" "mode" or Hider's integrationmode; "" = not said
+  std::optional<int> minSamples, maxSamples; ///< Hider "raytrace"
+  std::optional<std::string> displayView;    ///< Option "patina" "display"
+  std::optional<Rgb> background;             ///< Imager "background"
+  int radiosityCacheKb = 262144;             ///< Option "limits" "radiositycachememory"
+  int opacityCacheKb = 262144, geometryCacheKb = 262144, textureKb = 262144;
+  std::array<int, 2> bucketSize{16, 16};
+  std::map<std::string, std::string> searchPaths;  ///< "shader", "texture", "archive", ... RI path syntax
+  bool statistics = false;                         ///< Option "statistics" "endofframe"
+};
+
+/// One frame: what lies between WorldBegin and WorldEnd, with the options in force.
+struct Scene {
+  Options options;
+  Camera camera;
+  std::deque<Attributes> attributes;
+  std::vector<ShaderBinding> shaders;
+  std::vector<Light> lights;
+  std::vector<Primitive> primitives;  ///< in world space by their objectToWorld
+  std::deque<ObjectDefinition> objects;
+  std::vector<Instance> instances;
+  std::map<std::string, M44d> coordinateSystems;  ///< named space to world
+  int frame = 0;
+};
+
+}  // namespace patina
