@@ -35,7 +35,7 @@ std::size_t indexIn(const PixelRect& r, int x, int y) {
 bool acceptable(std::span<const float> values, std::span<const FilmChannel> channels) {
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const float v = values[c];
-    const bool fine = channels[c].combine == Combine::filter ? std::abs(v) <= kLargestSample
+    const bool fine = channels[c].combine == Combine::Filter ? std::abs(v) <= kLargestSample
                                                              : v > -kFarDepth && !std::isnan(v);
     if (!fine) return false;
   }
@@ -151,11 +151,11 @@ Film::Film(FilmSettings settings)
   colourPeriodY_ = neighbourReachY_ + 1;
 
   const std::size_t tiles = static_cast<std::size_t>(tilesX_) * static_cast<std::size_t>(tilesY_);
-  states_.assign(tiles, TileState::open);
+  states_.assign(tiles, TileState::Open);
   waiting_.resize(tiles);
   sums_.assign(area(pixels_) * (settings_.channels.size() + 1), 0.f);
   for (std::size_t c = 0; c < settings_.channels.size(); ++c)
-    if (settings_.channels[c].combine == Combine::nearest)
+    if (settings_.channels[c].combine == Combine::Nearest)
       for (std::size_t i = c; i < sums_.size(); i += settings_.channels.size() + 1) sums_[i] = kFarDepth;
   if (settings_.variance) moments_.resize(area(pixels_));
 }
@@ -205,7 +205,7 @@ bool Film::mayMerge(int index) const {
   bool ready = true;
   const int own = colour(index);
   forEachNeighbour(index, [&](int other) {
-    if (colour(other) < own && states_[static_cast<std::size_t>(other)] != TileState::merged) ready = false;
+    if (colour(other) < own && states_[static_cast<std::size_t>(other)] != TileState::Merged) ready = false;
   });
   return ready;
 }
@@ -213,8 +213,8 @@ bool Film::mayMerge(int index) const {
 void Film::finish(FilmTile&& tile) {
   const std::lock_guard lock(mutex_);
   const auto at = static_cast<std::size_t>(tile.index_);
-  if (states_[at] != TileState::open) return;
-  states_[at] = TileState::waiting;
+  if (states_[at] != TileState::Open) return;
+  states_[at] = TileState::Waiting;
   waiting_[at] = std::make_unique<FilmTile>(std::move(tile));
 
   // Merging a tile may free its neighbours, and those theirs.
@@ -223,10 +223,10 @@ void Film::finish(FilmTile&& tile) {
     const int index = candidates.back();
     candidates.pop_back();
     const auto i = static_cast<std::size_t>(index);
-    if (states_[i] != TileState::waiting || !mayMerge(index)) continue;
+    if (states_[i] != TileState::Waiting || !mayMerge(index)) continue;
     merge(*waiting_[i]);
     waiting_[i].reset();
-    states_[i] = TileState::merged;
+    states_[i] = TileState::Merged;
     ++mergedTiles_;
     forEachNeighbour(index, [&](int other) { candidates.push_back(other); });
   }
@@ -240,7 +240,7 @@ void Film::merge(const FilmTile& tile) {
       const double* sums = &tile.sums_[from * (channels + 1)];
       float* to = &sums_[pixelOffset(x, y)];
       for (std::size_t c = 0; c < channels; ++c) {
-        if (settings_.channels[c].combine == Combine::nearest)
+        if (settings_.channels[c].combine == Combine::Nearest)
           to[c] = std::min(to[c], tile.nearest_[from * channels + c]);
         else
           to[c] += static_cast<float>(sums[c]);
@@ -269,7 +269,7 @@ int Film::channelIndex(std::string_view name) const {
 float Film::value(int x, int y, int channel) const {
   const auto c = static_cast<std::size_t>(channel);
   const float* sums = &sums_[pixelOffset(x, y)];
-  if (settings_.channels[c].combine == Combine::nearest) return sums[c];
+  if (settings_.channels[c].combine == Combine::Nearest) return sums[c];
   // A filter with negative lobes can leave a pixel of few samples without weight: then there is nothing to
   // divide.
   const float weight = sums[settings_.channels.size()];

@@ -33,13 +33,13 @@ PixelRect cropPixels(int width, int height, const std::array<float, 4>& crop);
 
 // How the samples of a pixel become its value.
 enum class Combine : std::uint8_t {
-  filter,  // weighted mean under the pixel filter
-  nearest  // least value among the samples that lie within the pixel itself: depth
+  Filter,  // weighted mean under the pixel filter
+  Nearest  // least value among the samples that lie within the pixel itself: depth
 };
 
 struct FilmChannel {
   std::string name;
-  Combine combine = Combine::filter;
+  Combine combine = Combine::Filter;
 };
 
 // Depth of a sample that hit nothing (RI_INFINITY), and of a pixel without samples.
@@ -52,7 +52,7 @@ struct FilmSettings {
   int height = 480;
   std::array<float, 4> crop = {0, 1, 0, 1};  // xmin xmax ymin ymax
   PixelFilter filter;
-  std::vector<FilmChannel> channels = {{"r"}, {"g"}, {"b"}, {"a"}, {"z", Combine::nearest}};
+  std::vector<FilmChannel> channels = {{"r"}, {"g"}, {"b"}, {"a"}, {"z", Combine::Nearest}};
   int bucketWidth = 16;  // pixels
   int bucketHeight = 16;
   bool variance =
@@ -141,7 +141,7 @@ class Film {
   std::uint64_t refusedCount() const { return refused_; }
 
  private:
-  enum class TileState : std::uint8_t { open, waiting, merged };
+  enum class TileState : std::uint8_t { Open, Waiting, Merged };
 
   PixelRect tileSamplePixels(int index) const;
   PixelRect reach(const PixelRect& samplePixels) const;

@@ -27,26 +27,26 @@ float PixelFilter::weight(float dx, float dy) const {
   const float u = 2 * dx / xWidth, v = 2 * dy / yWidth;  // -1..1 over the support
   if (u < -1 || u >= 1 || v < -1 || v >= 1) return 0;
   switch (kind) {
-    case Kind::box:
+    case Kind::Box:
       return 1;
-    case Kind::triangle:
+    case Kind::Triangle:
       return (1 - std::abs(u)) * (1 - std::abs(v));
-    case Kind::catmullRom:
+    case Kind::CatmullRom:
       return catmullRom(std::sqrt(dx * dx + dy * dy));
-    case Kind::sinc:
+    case Kind::Sinc:
       return windowedSinc(dx, xWidth) * windowedSinc(dy, yWidth);
-    case Kind::gaussian:
+    case Kind::Gaussian:
       return std::exp(-2 * (u * u + v * v));
   }
   return 0;
 }
 
 std::optional<PixelFilter::Kind> PixelFilter::fromName(std::string_view name) {
-  if (name == "box") return Kind::box;
-  if (name == "triangle") return Kind::triangle;
-  if (name == "catmull-rom") return Kind::catmullRom;
-  if (name == "sinc") return Kind::sinc;
-  if (name == "gaussian") return Kind::gaussian;
+  if (name == "box") return Kind::Box;
+  if (name == "triangle") return Kind::Triangle;
+  if (name == "catmull-rom") return Kind::CatmullRom;
+  if (name == "sinc") return Kind::Sinc;
+  if (name == "gaussian") return Kind::Gaussian;
   return std::nullopt;
 }
 

@@ -11,9 +11,9 @@ namespace patina {
 // left and top and open at its right and bottom, so that a box of one pixel gives every sample to exactly one
 // pixel. The weights are RI's own and not normalised: a pixel is divided by the sum of its weights.
 struct PixelFilter {
-  enum class Kind { box, triangle, catmullRom, sinc, gaussian };
+  enum class Kind { Box, Triangle, CatmullRom, Sinc, Gaussian };
 
-  Kind kind = Kind::gaussian;
+  Kind kind = Kind::Gaussian;
   float xWidth = 2;  // pixels
   float yWidth = 2;
 
