@@ -76,14 +76,15 @@ typedef struct PatinaParameter {
     const char *doc;  /* one line */
     const char *unit; /* "" = none */
     /* Defaults: component by component, array elements one after the other. Exactly one of the three is not NULL. */
-    const float *default_floats;
+    const float *default_floats; /* points, vectors, normals: in shader space, as those of a RIB are */
     const int32_t *default_ints;
     const char *const *default_strings;
     double minimum, maximum; /* range that makes sense, per component; minimum > maximum = any */
 } PatinaParameter;
 
 /* The value of one parameter. Component c (array element e: c + e * components) of lane i is
- * floats[component * plane + i * stride]. Points, vectors and normals arrive in world space. */
+ * floats[component * plane + i * stride]. Points, vectors and normals arrive in world space, be they set or defaults.
+ * Ints and strings may be NULL where the type has none. */
 typedef struct PatinaValue {
     const float *floats;
     const int32_t *ints;        /* uniform */
@@ -196,7 +197,8 @@ typedef struct PatinaRadiosityOut {
     PatinaOut3 reflectance;   /* diffuse, rho in [0,1] */
     PatinaOut3 transmittance; /* diffuse, tau in [0,1] */
     PatinaOut3 ambient;       /* weight of ambient lights (RI's Ka) */
-    PatinaOut3 opacity;       /* 1 = opaque; emission ... ambient are premultiplied by it, as RI's Ci is by Oi */
+    PatinaOut3 opacity;       /* 1 = opaque; emission ... ambient are premultiplied by it, as RI's Ci is by Oi.
+                                 Where `radiosity` is not active: one, or Os with PATINA_TRAIT_OPACITY_IS_OS */
 } PatinaRadiosityOut;
 
 /* ---- view: what depends on the direction of view --------------------------------------------------------------- */
@@ -205,7 +207,8 @@ typedef enum PatinaLobeType {
     PATINA_LOBE_NONE = 0,
     PATINA_LOBE_RI_SPECULAR = 1, /* RI specular(): Cl * (N.H)^(1/roughness), roughness in `alpha`; H halfway to the light */
     PATINA_LOBE_GGX = 2,         /* microfacet reflection, GGX with height-correlated Smith G; alpha 0 = mirror; F = 1 */
-    PATINA_LOBE_DIELECTRIC = 3   /* Fresnel reflection and refraction, `eta` = ior inside / outside; alpha 0 = smooth;
+    PATINA_LOBE_DIELECTRIC = 3   /* Fresnel reflection and refraction, `eta` = ior inside / outside of the surface (the
+                                    host knows which side is seen, and inverts it there); alpha 0 = smooth;
                                     `weight` scales reflection, `transmission` refraction */
 } PatinaLobeType;
 
@@ -221,7 +224,8 @@ typedef struct PatinaLobe {
 typedef struct PatinaViewOut {
     uint32_t struct_size;
     uint32_t lobe_count;     /* set by the plugin: how many of `lobes` it filled, from the first */
-    PatinaOut3 emission;     /* view-dependent radiance, added to that of `radiosity`; zero before the call */
+    PatinaOut3 emission;     /* view-dependent radiance, added to that of `radiosity` for the camera and specular rays;
+                                diffuse rays, which carry no view, never see it. Zero before the call */
     PatinaLobe *lobes;       /* PATINA_MAX_LOBES of them */
     uint32_t lobe_stride;    /* bytes from one lobe to the next */
     uint32_t reserved;
@@ -244,10 +248,12 @@ typedef struct PatinaHost {
     int32_t (*transform)(void *host, const char *from, const char *to, float matrix[16]);
     /* [main] Opens a texture by its search-path name. NULL = not found, which has been reported. */
     PatinaTexture *(*open_texture)(void *host, const char *name);
-    /* [any] Filtered look-up: `width` in s, t units. Missing channels of the file repeat its first (grey) or read 1 (alpha). */
+    /* [any] Filtered look-up: `width` in s, t units, t = 0 is the top row; s and t wrap around. `alpha` may be NULL. A
+     * NULL texture reads 1. Missing channels of the file repeat its first (grey) or read 1 (alpha). */
     PatinaStatus (*texture)(void *host, PatinaTexture *texture, uint32_t count, PatinaPlane s, PatinaPlane t,
                             PatinaPlane width, PatinaOut3 color, float *alpha);
-    /* [any] Look-up by direction in a latitude-longitude environment. */
+    /* [any] Look-up by direction (any length but zero) in a latitude-longitude picture. As in RI, +z is up and longitude
+     * runs around it: s = 0.5 + atan2(y, x) / 2 pi, t = acos(z) / pi, so that the top row is +z. `width` in radians. */
     PatinaStatus (*environment)(void *host, PatinaTexture *texture, uint32_t count, PatinaPlane3 direction,
                                 PatinaPlane width, PatinaOut3 color);
     /* [any] The size of a texture in pixels; channels. */
@@ -272,8 +278,13 @@ typedef enum PatinaEntry {
 #define PATINA_TRAIT_UNSHADOWED    (UINT64_C(1) << 5) /* a light that nothing occludes */
 #define PATINA_TRAIT_TWO_SIDED     (UINT64_C(1) << 6) /* an area light that emits from both sides */
 #define PATINA_TRAIT_CAMERA_VISIBLE (UINT64_C(1) << 7) /* an infinite light that the camera sees */
+#define PATINA_TRAIT_OPACITY_IS_OS (UINT64_C(1) << 8) /* opacity is the channel Os: known, and opaque where Os is one,
+                                                         without a call */
+#define PATINA_TRAIT_TRANSPARENT   (UINT64_C(1) << 9) /* opacity is zero and emission black everywhere: rays pass as if
+                                                         the surface was not there */
 
-/* What `prepare` found out from the parameters. Zeroed by the host before the call but for struct_size. */
+/* What `prepare` found out from the parameters. Zeroed by the host before the call but for struct_size. Traits hold for
+ * every batch: they may depend on uniform parameters only, for a primitive variable may replace a varying one. */
 typedef struct PatinaTraits {
     uint32_t struct_size;
     uint32_t active;                 /* bit (1 << PatinaEntry): the entry point does something; others are never called */
@@ -285,7 +296,7 @@ typedef struct PatinaTraits {
     uint32_t reserved;
 } PatinaTraits;
 
-/* The values in `values` at the time of `prepare`; varying ones hold their uniform value or default. */
+/* What `prepare` is given. Varying parameters hold their uniform value or default. */
 typedef struct PatinaPrepare {
     uint32_t struct_size;
     uint32_t value_stride;

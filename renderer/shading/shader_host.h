@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the renderer does for its plugins: coordinate systems, textures, and messages that are counted, not
+// printed.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+
+#include "patina/shader.h"
+#include "renderer/base/math.h"
+#include "rib/error.h"
+
+namespace patina {
+
+class TextureService;
+
+/// One per frame; must outlive the instances that were made with it. [any thread]
+class ShaderHost {
+ public:
+  /// The matrix from a named coordinate system ("camera", "screen" ... or one of CoordinateSystem) to world
+  /// space; empty = not known. "world", "current" and "shader" are not asked for.
+  using FindSpace = std::function<std::optional<M44d>(std::string_view name)>;
+
+  /// `textures` may be nullptr: then there are none.
+  ShaderHost(FindSpace findSpace, TextureService* textures)
+      : findSpace_(std::move(findSpace)), textures_(textures) {}
+
+  /// Counts a message of a shader; the first of each (shader, severity, code) keeps its text and location.
+  void report(std::string_view shader, const Location& where, PatinaReport severity, int32_t code,
+              std::string_view message);
+
+  /// Hands every message that came since the last call to `errors`, once, with its count.
+  void summarize(ErrorHandler& errors);
+
+  std::optional<M44d> spaceToWorld(std::string_view name, const M44d& shaderToWorld) const;
+  TextureService* textures() const { return textures_; }
+
+ private:
+  struct Entry {
+    uint64_t count = 0;
+    std::string message;
+    Location where;
+  };
+
+  FindSpace findSpace_;
+  TextureService* textures_;
+  std::mutex mutex_;
+  std::map<std::tuple<std::string, PatinaReport, int32_t>, Entry> reports_;
+};
+
+}  // namespace patina

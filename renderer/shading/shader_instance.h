@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// A shader bound to the values of one request: checked arguments in world space, traits, and its four entry
+// points.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "patina/shader.h"
+#include "renderer/scene/scene.h"
+#include "renderer/shading/shader_host.h"
+
+namespace patina {
+
+/// Made on one thread, then immutable: the entry points may be called from any thread, several at a time.
+class ShaderInstance {
+ public:
+  /// A parameter that a primitive variable of the same name and type replaces, batch by batch.
+  struct VaryingParameter {
+    uint32_t index;  ///< of values() and of the shader's table
+    std::string_view name;
+    uint32_t type;        ///< PatinaType; never PATINA_STRING or PATINA_INT
+    uint32_t components;  ///< of the type times the array length
+  };
+
+  /// Binds and prepares. Arguments that do not fit are reported to `errors` and keep their defaults. nullptr:
+  /// the shader's `prepare` failed or its traits make no sense, which has been reported as an error.
+  static std::unique_ptr<ShaderInstance> create(const PatinaShader& shader, const ShaderBinding& binding,
+                                                ShaderHost& host, ErrorHandler& errors);
+  ~ShaderInstance();
+  ShaderInstance(const ShaderInstance&) = delete;
+  ShaderInstance& operator=(const ShaderInstance&) = delete;
+
+  const PatinaShader& shader() const { return shader_; }
+  std::string_view name() const { return shader_.name; }
+  const Location& where() const { return where_; }  ///< of the request
+
+  const PatinaTraits& traits() const { return traits_; }
+  bool active(PatinaEntry entry) const { return (traits_.active >> entry & 1u) != 0; }
+  bool has(uint64_t flag) const { return (traits_.flags & flag) != 0; }
+  uint64_t reads(PatinaEntry entry) const { return active(entry) ? traits_.reads[entry] : 0; }
+  /// Channels of a surface that any of the active surface entry points reads.
+  uint64_t surfaceReads() const { return reads(PATINA_ENTRY_RADIOSITY) | reads(PATINA_ENTRY_VIEW); }
+
+  /// One value per parameter in the order of the table, all uniform: what a batch passes, with the varying
+  /// ones replaced where a primitive has the variable.
+  std::span<const PatinaValue> values() const { return values_; }
+  std::span<const VaryingParameter> varyingParameters() const { return varying_; }
+
+  PatinaStatus displacement(const PatinaPoints& in, PatinaDisplacementOut& out) const {
+    return shader_.displacement(data_, &in, &out);
+  }
+  PatinaStatus light(const PatinaLightIn& in, PatinaLightOut& out) const {
+    return shader_.light(data_, &in, &out);
+  }
+  PatinaStatus radiosity(const PatinaPoints& in, PatinaRadiosityOut& out) const {
+    return shader_.radiosity(data_, &in, &out);
+  }
+  PatinaStatus view(const PatinaPoints& in, PatinaViewOut& out) const {
+    return shader_.view(data_, &in, &out);
+  }
+
+  /// What the plugin calls back; also where callers report what they found wrong with its results.
+  const PatinaHost& host() const { return table_; }
+
+ private:
+  ShaderInstance(const PatinaShader& shader, const ShaderBinding& binding, ShaderHost& host);
+
+  void setDefaults();
+  void toWorld();
+  bool prepare(ErrorHandler& errors);
+  std::string findTraitsFault() const;
+
+  const PatinaShader& shader_;
+  Location where_;
+  M44d shaderToWorld_, worldToShader_;
+  ShaderHost& host_;
+  PatinaHost table_{};
+
+  std::vector<PatinaValue> values_;
+  std::vector<std::vector<float>> floats_;  // by parameter
+  std::vector<std::vector<int32_t>> ints_;
+  std::vector<std::vector<std::string>> strings_;
+  std::vector<std::vector<const char*>> pointers_;
+  std::vector<VaryingParameter> varying_;
+
+  PatinaTraits traits_{};
+  void* data_ = nullptr;
+  bool prepared_ = false;
+
+  friend class ArgumentBinder;
+};
+
+}  // namespace patina
