@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -87,6 +88,7 @@ class ErrorHandler {
   struct Limits {
     uint32_t repeat = 3;      // printings per (code, key)
     uint32_t printed = 1000;  // printings in all; beyond that messages are only counted
+    uint32_t kinds = 10000;   // different (code, key) pairs remembered, so that memory is bounded
   };
 
   ErrorHandler();  // prints to standard error
@@ -113,8 +115,8 @@ class ErrorHandler {
   void setQuiet(Severity lowestPrinted);
 
   uint64_t count(Severity severity) const;
-  // True once the style is Abort and an Error or Severe was reported (before or after), or on any Severe
-  // since the style became Abort. The parser and the renderer stop when they see it.
+  // True once an Error or Severe was reported while the style is Abort. The parser and the renderer stop
+  // then.
   bool aborted() const;
   // 0 = all well, 1 = at least one Error or Severe.
   int exitStatus() const;
@@ -139,6 +141,7 @@ class ErrorHandler {
   Severity lowestPrinted_ = Severity::Warning;
   std::array<uint64_t, 4> counts_{};
   uint64_t printed_ = 0;
+  std::atomic<bool> aborted_ = false;
   std::unordered_map<std::string, size_t> index_;  // code + key -> entries_
   std::vector<Entry> entries_;                     // in the order of first appearance
 };

@@ -139,8 +139,11 @@ class Dictionary {
     size_t operator()(std::string_view s) const { return std::hash<std::string_view>{}(s); }
   };
   std::unordered_map<std::string, Declaration, Hash, std::equal_to<>> names_;
-  mutable std::unordered_map<std::string, Declaration, Hash, std::equal_to<>>
-      inline_;  // memo of parsed tokens
+  struct Inline {
+    Declaration declaration;  // without the name, which is the token's last `nameLength` bytes
+    size_t nameLength;
+  };
+  mutable std::unordered_map<std::string, Inline, Hash, std::equal_to<>> inline_;  // memo of parsed tokens
 };
 
 // The candidate with the least edit distance to `name` (letter case counts half), or empty if all differ in
