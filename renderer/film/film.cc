@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/base/math.h"
+
 namespace patina {
 
 namespace {
@@ -81,8 +83,7 @@ bool FilmTile::addSample(double x, double y, std::span<const float> values) {
     for (std::size_t c = 0; c < channels_.size(); ++c) nearest[c] = std::min(nearest[c], values[c]);
   }
   if (!moments_.empty()) {
-    const float luminance = 0.2126f * values[0] + 0.7152f * values[1] + 0.0722f * values[2];
-    moments_[indexIn(samplePixels_, px, py)].add(luminance);
+    moments_[indexIn(samplePixels_, px, py)].add(luminance({values[0], values[1], values[2]}));
   }
   return true;
 }
@@ -224,15 +225,23 @@ void Film::finish(FilmTile&& tile) {
     candidates.pop_back();
     const auto i = static_cast<std::size_t>(index);
     if (states_[i] != TileState::Waiting || !mayMerge(index)) continue;
-    merge(*waiting_[i]);
-    waiting_[i].reset();
-    states_[i] = TileState::Merged;
-    ++mergedTiles_;
+    merge(index);
     forEachNeighbour(index, [&](int other) { candidates.push_back(other); });
   }
 }
 
-void Film::merge(const FilmTile& tile) {
+void Film::flush() {
+  const std::lock_guard lock(mutex_);
+  for (int index = 0; index < tileCount(); ++index)
+    if (states_[static_cast<std::size_t>(index)] == TileState::Waiting) merge(index);
+}
+
+void Film::merge(int index) {
+  const auto at = static_cast<std::size_t>(index);
+  const std::unique_ptr<FilmTile> owned = std::move(waiting_[at]);
+  states_[at] = TileState::Merged;
+  ++mergedTiles_;
+  const FilmTile& tile = *owned;
   const std::size_t channels = settings_.channels.size();
   for (int y = tile.pixels_.y0; y < tile.pixels_.y1; ++y)
     for (int x = tile.pixels_.x0; x < tile.pixels_.x1; ++x) {

@@ -126,6 +126,8 @@ class Film {
   // An empty tile; any tile may be begun at any time, and must be finished once.
   FilmTile begin(int index) const;
   void finish(FilmTile&& tile);
+  // Merges tiles that wait for others which will not come: the end of an interrupted render.
+  void flush();
   // Whether every tile has been finished.
   bool complete() const { return mergedTiles_ == tileCount(); }
 
@@ -149,7 +151,7 @@ class Film {
   template <class Visit>
   void forEachNeighbour(int index, Visit visit) const;
   bool mayMerge(int index) const;
-  void merge(const FilmTile& tile);
+  void merge(int index);
   std::size_t pixelOffset(int x, int y) const;
 
   FilmSettings settings_;

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads a scene's options into film and output settings.
+#include "renderer/film/scene_film.h"
+
+#include <cmath>
+
+namespace patina {
+
+namespace {
+
+Quantizer quantizer(const Quantization& q) {
+  return {static_cast<float>(q.one), static_cast<float>(q.minimum), static_cast<float>(q.maximum), q.dither};
+}
+
+std::array<float, 16> elements(const M44f& m) {
+  std::array<float, 16> result;
+  std::copy_n(m.getValue(), result.size(), result.begin());
+  return result;
+}
+
+// To RI's screen space: x and y divided by depth and scaled by the field of view (perspective), z from near
+// to far in 0..1. An unbounded far plane leaves z at its limit.
+M44f cameraToScreen(const Camera& camera) {
+  const float n = camera.nearPlane, f = camera.farPlane;
+  M44f m;
+  if (!camera.perspective) {
+    m[2][2] = 1 / (f - n);
+    m[3][2] = -n / (f - n);
+    return m;
+  }
+  const float scale = 1 / std::tan(camera.fov * kPi / 360);
+  m[0][0] = m[1][1] = scale;
+  m[2][2] = f / (f - n);
+  m[3][2] = -n * (f / (f - n));
+  m[2][3] = 1;
+  m[3][3] = 0;
+  return m;
+}
+
+}  // namespace
+
+FilmSettings filmSettings(const Options& options, ErrorHandler& errors) {
+  FilmSettings film;
+  film.width = options.xResolution;
+  film.height = options.yResolution;
+  film.crop = options.crop;
+  film.filter.xWidth = options.filterWidthX;
+  film.filter.yWidth = options.filterWidthY;
+  film.bucketWidth = options.bucketSize[0];
+  film.bucketHeight = options.bucketSize[1];
+  if (const auto kind = PixelFilter::fromName(options.filter)) {
+    film.filter.kind = *kind;
+  } else {
+    film.filter = PixelFilter{};
+    errors.report(Severity::Warning, RiError::BadToken, {},
+                  "unknown pixel filter \"" + options.filter +
+                      "\": gaussian 2 2 is used (known are box, triangle, catmull-rom, sinc, gaussian)");
+  }
+  return film;
+}
+
+std::vector<OutputSettings> outputSettings(const Scene& scene) {
+  const Options& options = scene.options;
+  const M44f worldToCamera(scene.camera.worldToCamera);
+  const M44f worldToScreen = worldToCamera * cameraToScreen(scene.camera);
+  std::vector<OutputSettings> outputs;
+  for (const DisplayRequest& request : options.displays) {
+    OutputSettings& output = outputs.emplace_back();
+    output.name = request.name;
+    output.type = request.type;
+    output.mode = request.mode;
+    output.gain = options.exposureGain;
+    output.gamma = options.exposureGamma;
+    if (options.colorQuantization) output.colour = quantizer(*options.colorQuantization);
+    if (options.depthQuantization) output.depth = quantizer(*options.depthQuantization);
+    if (options.displayView) output.displayView = *options.displayView;
+    output.parameters.assign(request.strings.begin(), request.strings.end());
+    output.worldToCamera = elements(worldToCamera);
+    output.worldToScreen = elements(worldToScreen);
+    output.at = request.where;
+  }
+  return outputs;
+}
+
+}  // namespace patina
