@@ -69,8 +69,10 @@ class ShaderInstance {
  private:
   ShaderInstance(const PatinaShader& shader, const ShaderBinding& binding, ShaderHost& host);
 
+  struct Services;
+
   void setDefaults();
-  void toWorld();
+  void finishValues();
   bool prepare(ErrorHandler& errors);
   std::string findTraitsFault() const;
 
@@ -90,8 +92,6 @@ class ShaderInstance {
   PatinaTraits traits_{};
   void* data_ = nullptr;
   bool prepared_ = false;
-
-  friend class ArgumentBinder;
 };
 
 }  // namespace patina

@@ -14,18 +14,13 @@
 #include "patina/shader.h"
 #include "rib/error.h"
 
+struct PatinaTextureModule;
+
 namespace patina {
 
-class TextureModule;
-
-/// One per frame. Classic RI rules: values are used as the file has them, t = 0 is the top row.
+/// One per frame. Classic RI rules: values are used as the file has them, t = 0 is the top row. [any thread]
 class TextureService {
  public:
-  struct Counts {
-    uint64_t opened = 0, missing = 0, lookups = 0;
-    uint64_t bytes = 0;  ///< held by the cache now
-  };
-
   /// `folders` are searched in their order, then the name is tried as it is. `budget` in bytes bounds the
   /// cache.
   TextureService(std::vector<std::string> folders, size_t budget, ErrorHandler& errors);
@@ -34,30 +29,32 @@ class TextureService {
   TextureService& operator=(const TextureService&) = delete;
 
   /// nullptr: there is none, which is reported once per name with every path tried. The texture lives as long
-  /// as the service. [any thread]
+  /// as the service.
   PatinaTexture* open(std::string_view name, const Location& where);
 
-  /// As in PatinaHost. [any thread]
-  PatinaStatus texture(PatinaTexture* texture, uint32_t count, PatinaPlane s, PatinaPlane t,
-                       PatinaPlane width, PatinaOut3 color, float* alpha);
-  PatinaStatus environment(PatinaTexture* texture, uint32_t count, PatinaPlane3 direction, PatinaPlane width,
-                           PatinaOut3 color);
-  static PatinaStatus size(PatinaTexture* texture, uint32_t* width, uint32_t* height, uint32_t* channels);
-
   bool loaded() const { return module_ != nullptr; }  ///< OpenImageIO has been started
-  Counts counts() const;
+  uint64_t cachedBytes() const;
+
+  // As in PatinaHost, for textures of any service; a null texture reads 1.
+  static PatinaStatus texture(PatinaTexture* texture, uint32_t count, PatinaPlane s, PatinaPlane t,
+                              PatinaPlane width, PatinaOut3 color, float* alpha);
+  static PatinaStatus environment(PatinaTexture* texture, uint32_t count, PatinaPlane3 direction,
+                                  PatinaPlane width, PatinaOut3 color);
+  static PatinaStatus size(const PatinaTexture* texture, uint32_t* width, uint32_t* height,
+                           uint32_t* channels);
 
  private:
-  bool loadModule(const Location& where);
+  void loadModule(const Location& where);
+  std::unique_ptr<PatinaTexture> find(std::string_view name, const Location& where);
 
   std::vector<std::string> folders_;
   size_t budget_;
   ErrorHandler& errors_;
-  mutable std::mutex mutex_;
-  std::unique_ptr<TextureModule> module_;
-  bool moduleFailed_ = false;
-  std::map<std::string, std::unique_ptr<PatinaTexture>, std::less<>> textures_;
-  uint64_t missing_ = 0;
+  std::mutex mutex_;
+  bool triedModule_ = false;
+  const PatinaTextureModule* module_ = nullptr;  // stays loaded until the process ends
+  void* system_ = nullptr;
+  std::map<std::string, std::unique_ptr<PatinaTexture>, std::less<>> textures_;  // null: not found
 };
 
 }  // namespace patina

@@ -316,7 +316,8 @@ typedef struct PatinaShader {
     uint32_t parameter_stride;  /* sizeof(PatinaParameter) at the plugin's compile time */
     /* [main] Called once per binding. Writes the instance pointer (may stay NULL) and the traits. Must not be NULL. */
     PatinaStatus (*prepare)(const PatinaPrepare *in, void **instance, PatinaTraits *traits);
-    void (*release)(void *instance); /* [main] may be NULL */
+    void (*release)(void *instance); /* [main] may be NULL. Called once after each `prepare` that returned PATINA_OK or
+                                        wrote an instance */
     /* The four entry points, all mandatory: a shader without one of them is refused. [any] */
     PatinaStatus (*displacement)(void *instance, const PatinaPoints *in, PatinaDisplacementOut *out);
     PatinaStatus (*light)(void *instance, const PatinaLightIn *in, PatinaLightOut *out);

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// Binds a shader: values into world space, `prepare`, and a check of the traits that come back.
+#include "renderer/shading/shader_instance.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/shading/plugin_file.h"
+#include "renderer/shading/shader_argument.h"
+#include "renderer/shading/texture_service.h"
+
+namespace patina {
+namespace {
+
+constexpr uint64_t kAllChannels = (PATINA_CHANNEL_TIME << 1) - 1;
+constexpr uint32_t kAllEntries = (1u << PATINA_ENTRIES) - 1;
+
+void store(const M44d& matrix, float out[16]) {
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) out[4 * i + j] = static_cast<float>(matrix[i][j]);
+}
+
+// One value of a parameter's type from shader to world space, in place.
+void transformValue(uint32_t type, float* v, const M44d& toWorld, const M44d& fromWorld) {
+  const V3d in(v[0], v[1], v[2]);
+  V3d out = in;
+  switch (type) {
+    case PATINA_POINT:
+      toWorld.multVecMatrix(in, out);
+      break;
+    case PATINA_VECTOR:
+      toWorld.multDirMatrix(in, out);
+      break;
+    case PATINA_NORMAL:
+      fromWorld.transposed().multDirMatrix(in, out);
+      break;
+    case PATINA_HPOINT: {
+      const double h[4] = {v[0], v[1], v[2], v[3]};
+      for (int j = 0; j < 4; ++j) {
+        double sum = 0;
+        for (int i = 0; i < 4; ++i) sum += h[i] * toWorld[i][j];
+        v[j] = static_cast<float>(sum);
+      }
+      return;
+    }
+    case PATINA_MATRIX: {
+      M44d matrix;
+      for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = v[i];
+      store(matrix * toWorld, v);
+      return;
+    }
+    default:
+      return;
+  }
+  for (int i = 0; i < 3; ++i) v[i] = static_cast<float>(out[i]);
+}
+
+}  // namespace
+
+// The function table of PatinaHost; its `host` is the instance.
+struct ShaderInstance::Services {
+  static ShaderInstance& self(void* host) { return *static_cast<ShaderInstance*>(host); }
+
+  static void report(void* host, PatinaReport severity, int32_t code, const char* message) {
+    ShaderInstance& s = self(host);
+    s.host_.report(s.name(), s.where_, severity, code, message ? message : "");
+  }
+
+  static int32_t transform(void* host, const char* from, const char* to, float matrix[16]) {
+    const ShaderInstance& s = self(host);
+    store(M44d(), matrix);
+    if (!from || !to) return 0;
+    const std::optional<M44d> first = s.host_.spaceToWorld(from, s.shaderToWorld_);
+    const std::optional<M44d> second = s.host_.spaceToWorld(to, s.shaderToWorld_);
+    if (!first || !second || second->determinant() == 0) return 0;
+    store(*first * second->inverse(), matrix);
+    return 1;
+  }
+
+  static PatinaTexture* openTexture(void* host, const char* name) {
+    ShaderInstance& s = self(host);
+    TextureService* textures = s.host_.textures();
+    return textures && name && *name ? textures->open(name, s.where_) : nullptr;
+  }
+
+  static PatinaStatus texture(void*, PatinaTexture* texture, uint32_t count, PatinaPlane s, PatinaPlane t,
+                              PatinaPlane width, PatinaOut3 color, float* alpha) {
+    return TextureService::texture(texture, count, s, t, width, color, alpha);
+  }
+
+  static PatinaStatus environment(void*, PatinaTexture* texture, uint32_t count, PatinaPlane3 direction,
+                                  PatinaPlane width, PatinaOut3 color) {
+    return TextureService::environment(texture, count, direction, width, color);
+  }
+
+  static PatinaStatus textureSize(void*, PatinaTexture* texture, uint32_t* width, uint32_t* height,
+                                  uint32_t* channels) {
+    return TextureService::size(texture, width, height, channels);
+  }
+
+  static const void* extension(void*, const char*) { return nullptr; }
+};
+
+ShaderInstance::ShaderInstance(const PatinaShader& shader, const ShaderBinding& binding, ShaderHost& host)
+    : shader_(shader), where_(binding.where), shaderToWorld_(binding.shaderToWorld), host_(host) {
+  worldToShader_ = shaderToWorld_.determinant() != 0 ? shaderToWorld_.inverse() : M44d();
+  table_ = {sizeof(PatinaHost), PATINA_ABI_MINOR,      this,
+            Services::report,   Services::transform,   Services::openTexture,
+            Services::texture,  Services::environment, Services::textureSize,
+            Services::extension};
+}
+
+ShaderInstance::~ShaderInstance() {
+  if (prepared_ && shader_.release) shader_.release(data_);
+}
+
+void ShaderInstance::setDefaults() {
+  const uint32_t count = shader_.parameter_count;
+  values_.resize(count);
+  floats_.resize(count);
+  ints_.resize(count);
+  strings_.resize(count);
+  pointers_.resize(count);
+  for (uint32_t i = 0; i < count; ++i) {
+    const PatinaParameter& p = parameterOf(shader_, i);
+    const uint32_t numbers = valueCountOf(p);
+    if (p.type == PATINA_STRING)
+      strings_[i].assign(p.default_strings, p.default_strings + numbers);
+    else if (p.type == PATINA_INT)
+      ints_[i].assign(p.default_ints, p.default_ints + numbers);
+    else
+      floats_[i].assign(p.default_floats, p.default_floats + numbers);
+    if (p.storage == PATINA_VARYING) varying_.push_back({i, p.name, p.type, numbers});
+  }
+}
+
+// From shader space to the world, and from vectors to what a plugin sees.
+void ShaderInstance::finishValues() {
+  for (uint32_t i = 0; i < shader_.parameter_count; ++i) {
+    const PatinaParameter& p = parameterOf(shader_, i);
+    const uint32_t numbers = valueCountOf(p);
+    for (uint32_t k = 0; k < floats_[i].size(); k += componentsOf(p.type))
+      transformValue(p.type, &floats_[i][k], shaderToWorld_, worldToShader_);
+    for (const std::string& text : strings_[i]) pointers_[i].push_back(text.c_str());
+    PatinaValue& value = values_[i];
+    value.floats = floats_[i].empty() ? nullptr : floats_[i].data();
+    value.ints = ints_[i].empty() ? nullptr : ints_[i].data();
+    value.strings = pointers_[i].empty() ? nullptr : pointers_[i].data();
+    value.stride = 0;
+    value.plane = 1;
+    value.count = numbers;
+  }
+}
+
+bool ShaderInstance::prepare(ErrorHandler& errors) {
+  PatinaPrepare in{};
+  in.struct_size = sizeof in;
+  in.value_stride = sizeof(PatinaValue);
+  in.host = &table_;
+  in.values = values_.data();
+  store(worldToShader_, in.world_to_shader);
+  store(shaderToWorld_, in.shader_to_world);
+  traits_ = {};
+  traits_.struct_size = sizeof traits_;
+
+  const PatinaStatus status = shader_.prepare(&in, &data_, &traits_);
+  prepared_ = status == PATINA_OK || data_ != nullptr;
+  static constexpr std::string_view kReasons[] = {"", "a parameter makes no sense",
+                                                  "something it needs is not there", "internal error"};
+  std::string fault;
+  if (status != PATINA_OK)
+    fault = fmt::format(
+        "prepare failed with status {} ({})", status,
+        status > 0 && status < int(std::size(kReasons)) ? kReasons[status] : "not a known status");
+  else
+    fault = findTraitsFault();
+  if (fault.empty()) return true;
+  errors.report(Severity::Error, RiError::NoShader, where_,
+                fmt::format("shader \"{}\": {}", shader_.name, fault));
+  return false;
+}
+
+std::string ShaderInstance::findTraitsFault() const {
+  static constexpr std::string_view kEntryNames[] = {"displacement", "light", "radiosity", "view"};
+  if (traits_.active & ~kAllEntries)
+    return fmt::format("its traits name entry points that are not: {:#x}", traits_.active);
+  for (uint32_t entry = 0; entry < PATINA_ENTRIES; ++entry) {
+    const uint64_t known = entry == PATINA_ENTRY_VIEW ? kAllChannels : kAllChannels & ~PATINA_CHANNEL_I;
+    const uint64_t wrong = traits_.reads[entry] & ~known;
+    if (wrong & PATINA_CHANNEL_I & kAllChannels)
+      return fmt::format("its traits say that {} reads I, which only view is given", kEntryNames[entry]);
+    if (wrong)
+      return fmt::format("its traits say that {} reads channels that are not: {:#x}", kEntryNames[entry],
+                         wrong);
+  }
+  if (traits_.light_kind > PATINA_LIGHT_AREA)
+    return fmt::format("its traits have the light kind {}", traits_.light_kind);
+  if (active(PATINA_ENTRY_LIGHT) && traits_.light_kind == PATINA_LIGHT_NONE)
+    return "its traits say that light is active, but not what kind of light it is";
+  if (!std::isfinite(traits_.displacement_bound) || traits_.displacement_bound < 0)
+    return fmt::format("its traits have the displacement bound {}", traits_.displacement_bound);
+  if (!std::isfinite(traits_.light_power) || traits_.light_power < 0)
+    return fmt::format("its traits have the light power {}", traits_.light_power);
+  return {};
+}
+
+std::unique_ptr<ShaderInstance> ShaderInstance::create(const PatinaShader& shader,
+                                                       const ShaderBinding& binding, ShaderHost& host,
+                                                       ErrorHandler& errors) {
+  std::unique_ptr<ShaderInstance> instance(new ShaderInstance(shader, binding, host));
+  if (!(std::abs(binding.shaderToWorld.determinant()) > 0))
+    errors.report(Severity::Warning, RiError::Math, binding.where,
+                  fmt::format("the transformation of shader \"{}\" cannot be inverted", shader.name));
+  instance->setDefaults();
+  for (const ShaderArgument& argument : binding.arguments) {
+    const int index = findParameter(shader, argument, errors);
+    if (index < 0) continue;
+    const auto i = static_cast<size_t>(index);
+    const ArgumentSlot slot{instance->floats_[i], instance->ints_[i], instance->strings_[i]};
+    if (bindArgument(shader, parameterOf(shader, static_cast<uint32_t>(i)), argument, slot, errors))
+      instance->values_[i].is_set = 1;
+  }
+  instance->finishValues();
+  if (!instance->prepare(errors)) return nullptr;
+  return instance;
+}
+
+}  // namespace patina
