@@ -14,9 +14,6 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  // The name to write to until commit().
-  const std::string& temporaryPath() const { return temporary_; }
-
   // Creates the temporary file with these bytes. Returns the reason if that fails (no such folder, no
   // permission, disk full ...), else an empty text.
   std::string write(const std::string& bytes);

@@ -42,11 +42,15 @@ typedef struct PatinaImageInfo {
   int32_t srgb; /* 1 = integers that carry the sRGB curve; 0 = linear */
 } PatinaImageInfo;
 
+typedef void (*PatinaByteSink)(void* context, const void* bytes, size_t size);
+
 typedef struct PatinaImageModule {
   uint32_t version; /* PATINA_IMAGE_MODULE_VERSION */
-  /* Writes a file in the named OpenImageIO format. Returns 1, or 0 with a text in `error`. [any thread] */
-  int (*write)(const char* path, const char* format, const PatinaImageToWrite* image, char* error,
-               size_t errorSize);
+  /* Encodes an image in the named OpenImageIO format and hands the whole file to `sink` once; the host writes
+     it, as the format libraries do not all notice a full disk. Returns 1, or 0 with a text in `error`. [any
+     thread] */
+  int (*encode)(const char* format, const PatinaImageToWrite* image, PatinaByteSink sink, void* context,
+                char* error, size_t errorSize);
   /* Opens a file; NULL with a text in `error`. The handle belongs to one thread at a time. [any thread] */
   void* (*open)(const char* path, PatinaImageInfo* info, char* error, size_t errorSize);
   /* Reads all pixels as floats (integers to 0..1, curves left as they are): width*height*channels, rows from

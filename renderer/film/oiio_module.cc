@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The image module: OpenImageIO and OpenColorIO behind the C interface of image_module.h.
 #include <OpenColorIO/OpenColorIO.h>
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <string>
@@ -66,14 +69,48 @@ OIIO::ImageSpec specOf(const PatinaImageToWrite& image) {
   return spec;
 }
 
-int writeFile(const char* path, const char* format, const PatinaImageToWrite* image, char* error,
-              size_t size) {
+// A file in memory. Unlike OpenImageIO's own it can be read back, which libtiff does while it writes.
+class MemoryFile : public OIIO::Filesystem::IOProxy {
+ public:
+  MemoryFile() : IOProxy("", Write) {}
+  const char* proxytype() const override { return "memory"; }
+  std::size_t size() const override { return bytes_.size(); }
+  std::size_t pwrite(const void* from, std::size_t n, std::int64_t offset) override {
+    const auto at = static_cast<std::size_t>(offset);
+    if (bytes_.size() < at + n) bytes_.resize(at + n);
+    std::memcpy(bytes_.data() + at, from, n);
+    return n;
+  }
+  std::size_t pread(void* to, std::size_t n, std::int64_t offset) override {
+    const auto at = static_cast<std::size_t>(offset);
+    if (at >= bytes_.size()) return 0;
+    n = std::min(n, bytes_.size() - at);
+    std::memcpy(to, bytes_.data() + at, n);
+    return n;
+  }
+  std::size_t write(const void* from, std::size_t n) override { return advance(pwrite(from, n, m_pos)); }
+  std::size_t read(void* to, std::size_t n) override { return advance(pread(to, n, m_pos)); }
+  const std::vector<char>& bytes() const { return bytes_; }
+
+ private:
+  std::size_t advance(std::size_t n) {
+    m_pos += static_cast<std::int64_t>(n);
+    return n;
+  }
+  std::vector<char> bytes_;
+};
+
+int encode(const char* format, const PatinaImageToWrite* image, PatinaByteSink sink, void* context,
+           char* error, size_t size) {
   return guarded(error, size, [&]() -> std::string {
+    MemoryFile file;
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) return OIIO::geterror();
-    if (!output->open(path, specOf(*image)) || !output->write_image(typeOf(image->pixelType), image->pixels))
+    if (!output->set_ioproxy(&file) || !output->open(std::string("picture.") + format, specOf(*image)) ||
+        !output->write_image(typeOf(image->pixelType), image->pixels) || !output->close())
       return output->geterror();
-    return output->close() ? std::string() : output->geterror();
+    sink(context, file.bytes().data(), file.bytes().size());
+    return {};
   });
 }
 
@@ -168,4 +205,4 @@ int applyView(const char* name, float* rgb, size_t count, char* error, size_t si
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) const PatinaImageModule patinaImageModule1 = {
-    PATINA_IMAGE_MODULE_VERSION, writeFile, openFile, readFile, closeFile, applyView};
+    PATINA_IMAGE_MODULE_VERSION, encode, openFile, readFile, closeFile, applyView};

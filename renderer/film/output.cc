@@ -257,8 +257,9 @@ std::string writeByModule(const Film& film, const OutputSettings& s, const Plan&
   const bool looking = !plan.letter && !(format.floats && format.bits == 0);
   const bool unassociated = format.name == "png" || format.name == "targa";
   if (unassociated) unassociate(image, output);
-  if (plan.letter || looking)
-    if (std::string problem = encodeColour(image, output, s, plan.letter); !problem.empty()) return problem;
+  std::string problem = AtomicFile::problem(plan.path);
+  if (problem.empty() && (plan.letter || looking)) problem = encodeColour(image, output, s, plan.letter);
+  if (!problem.empty()) return problem;
   const Encoded pixels = encodePixels(image, output, format, s, film.pixels());
 
   std::vector<const char*> names;
@@ -289,13 +290,16 @@ std::string writeByModule(const Film& film, const OutputSettings& s, const Plan&
   std::string error;
   const PatinaImageModule* module = imageModule(error);
   if (module == nullptr) return error;
-  if (std::string problem = AtomicFile::problem(plan.path); !problem.empty()) return problem;
-  AtomicFile file(plan.path);
   std::array<char, 1024> text{};
-  if (!module->write(file.temporaryPath().c_str(), std::string(format.name).c_str(), &out, text.data(),
-                     text.size()))
+  std::string bytes;
+  const auto append = [](void* to, const void* from, std::size_t size) {
+    static_cast<std::string*>(to)->append(static_cast<const char*>(from), size);
+  };
+  if (!module->encode(std::string(format.name).c_str(), &out, append, &bytes, text.data(), text.size()))
     return "cannot write " + plan.path + ": " + text.data();
-  return file.commit();
+  AtomicFile file(plan.path);
+  problem = file.write(bytes);
+  return problem.empty() ? file.commit() : problem;
 }
 
 std::string writeByOpenExr(const Film& film, const OutputSettings& s, const Plan& plan,
