@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "rib/error.h"
@@ -49,12 +50,16 @@ class RibParser {
 
  private:
   friend class ParseSession;
+  bool run(std::string_view text, const Location& start, std::shared_ptr<EncodingTables> tables);
+  // True once per name: looking for the nearest known name is too slow to be done each time.
+  bool firstTime(std::string_view name);
 
   RibHandler& handler_;
   ErrorHandler& errors_;
   ParserLimits limits_;
   Dictionary dictionary_;
   int depth_ = 0;
+  std::unordered_set<std::string> remembered_;
   std::vector<std::unique_ptr<class ValuePool>> pools_;  // one per depth, reused
 };
 

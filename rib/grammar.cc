@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The grammar of RIB in Boost.Spirit X3, over terminals that know both encodings. The only file that sees X3.
+#include <boost/spirit/home/x3.hpp>
+
+#include "rib/session.h"
+
+namespace patina {
+namespace {
+
+namespace x3 = boost::spirit::x3;
+
+struct SessionTag;
+
+template <typename Context>
+ParseSession& session(const Context& context) {
+  return x3::get<SessionTag>(context).get();
+}
+
+// A token, or a run of tokens, that a method of ParseSession recognises and stores.
+template <auto Method, bool AtEnd = false>
+struct Terminal : x3::parser<Terminal<Method, AtEnd>> {
+  using attribute_type = x3::unused_type;
+  static constexpr bool has_attribute = false;
+
+  template <typename Context, typename RuleContext, typename Attribute>
+  bool parse(const char*& first, const char* const& last, const Context& context, RuleContext&,
+             Attribute&) const {
+    if (!AtEnd && first == last) return false;
+    const char* const next = (session(context).*Method)(first, last);
+    if (!next) return false;
+    first = next;
+    return true;
+  }
+};
+
+constexpr Terminal<&ParseSession::blank, true> blank;
+constexpr Terminal<&ParseSession::word> word;
+constexpr Terminal<&ParseSession::numbers> numbers;
+constexpr Terminal<&ParseSession::string> string;
+constexpr Terminal<&ParseSession::floatArray> floatArray;
+constexpr Terminal<&ParseSession::strayWord> strayWord;
+constexpr Terminal<&ParseSession::strayByte> strayByte;
+
+// Where an action stands: behind what its parser has matched.
+template <typename Context>
+const char* here(const Context& context) {
+  return x3::_where(context).begin();
+}
+
+constexpr auto beginRequest = [](auto& ctx) { session(ctx).beginRequest(); };
+constexpr auto endRequest = [](auto& ctx) { x3::_pass(ctx) = session(ctx).endRequest(); };
+constexpr auto beginArray = [](auto& ctx) { session(ctx).beginArray(here(ctx)); };
+constexpr auto endArray = [](auto& ctx) { session(ctx).endArray(here(ctx), true); };
+constexpr auto unclosedArray = [](auto& ctx) { session(ctx).endArray(here(ctx), false); };
+constexpr auto beginStray = [](auto& ctx) { x3::_pass(ctx) = session(ctx).beginStray(here(ctx)); };
+
+const auto nested = x3::char_('[')[beginArray];
+const auto element = numbers | string | floatArray | nested | strayWord | strayByte;
+const auto array = x3::char_('[')[beginArray] >> *(blank >> element) >> blank >>
+                   (x3::char_(']')[endArray] | x3::eps[unclosedArray]);
+const auto value = numbers | string | array | floatArray | strayByte;
+const auto request = word[beginRequest] >> *(blank >> value) >> blank >> x3::eps[endRequest];
+const auto stray = x3::eps[beginStray] >> +(blank >> value);
+const auto file = *(blank >> (request | stray)) >> blank;
+
+}  // namespace
+
+void parseRib(const char* first, const char* last, ParseSession& session) {
+  x3::parse(first, last, x3::with<SessionTag>(std::ref(session))[file]);
+}
+
+}  // namespace patina
