@@ -22,6 +22,7 @@
  */
 #ifndef PATINA_SHADER_H
 #define PATINA_SHADER_H
+/* clang-format off: C, and tables */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -278,6 +279,7 @@ typedef enum PatinaEntry {
 #define PATINA_TRAIT_UNSHADOWED    (UINT64_C(1) << 5) /* a light that nothing occludes */
 #define PATINA_TRAIT_TWO_SIDED     (UINT64_C(1) << 6) /* an area light that emits from both sides */
 #define PATINA_TRAIT_CAMERA_VISIBLE (UINT64_C(1) << 7) /* an infinite light that the camera sees */
+#define PATINA_TRAIT_SMOOTH        (UINT64_C(1) << 8) /* an infinite light of hardly changing radiance: surfaces sample it better */
 #define PATINA_TRAIT_OPACITY_IS_OS (UINT64_C(1) << 8) /* opacity is the channel Os: known, and opaque where Os is one,
                                                          without a call */
 #define PATINA_TRAIT_TRANSPARENT   (UINT64_C(1) << 9) /* opacity is zero and emission black everywhere: rays pass as if

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C++ side of the shader ABI: a shader is a class with a description and those kernels that do something.
+//
+// A shader class S has
+//   struct Parameters { float Kd = 1; ... };             plain data; members' initialisers are the defaults
+//   static constexpr auto kInfo = describe("name", "doc", uniform("Kd", &Parameters::Kd, "doc", kUnitRange),
+//   ...);
+// and any of these kernels, written for one point and compiled to code for PATINA_LANES at once:
+//   Radiosity radiosity(const Parameters&, const Surface<kCs | kOs>&) const;
+//   View<PATINA_LOBE_GGX> view(const Parameters&, const Surface<kN | kI>&) const;
+//   Displaced displacement(const Parameters&, const Surface<kP | kN>&) const;
+//   LightSample sample(const Parameters&, const LightQuery&) const;      LightSample evaluate(... the same
+//   ...) const; Color emit(const Parameters&, const LightQuery&) const;
+// An entry point without kernels is never called. Further, all optional:
+//   PatinaStatus prepare(const Parameters&, Prepare&);   once per binding; may compute members and refine the
+//   traits static constexpr uint64_t kTraits                    PATINA_TRAIT_ flags that hold for every
+//   parameter value static constexpr PatinaLightKind kLight              where it does not follow from the
+//   kernels lookups(), texture()                                 textures (TextureLookup); lobeCount(): lobes
+//   in use PatinaStatus lightBatch(const PatinaLightIn&, PatinaLightOut&) const   in the place of the light's
+//   kernels
+// A kernel must be a function of its arguments and of what `prepare` stored: it runs in several threads at
+// once. At the file's end: PATINA_SHADERS(S, ...). The smallest example is shaders/matte.cpp.
+#pragma once
+
+#include <memory>
+#include <new>
+
+#include "sdk/kernels.h"
+
+namespace patina::sdk {
+
+/// What `prepare` may use and refine.
+class Prepare {
+ public:
+  PatinaTraits& traits;  ///< filled in from the kernels' signatures before the call
+  const PatinaHost& host;
+
+  Prepare(const PatinaPrepare& in, PatinaTraits& traits_) : traits(traits_), host(*in.host), in_(in) {}
+
+  /// The entry point has nothing to do with these parameters, and is not called.
+  void disable(PatinaEntry entry) { traits.active &= ~(1u << entry); }
+  /// Of a light: a guess at its power, for all colours to be weighed alike; a light of power 0 is switched
+  /// off.
+  void lightPower(const Color& power) {
+    traits.light_power = std::max(luminance(power), 0.0f);
+    if (isBlack(power)) disable(PATINA_ENTRY_LIGHT);
+  }
+  void set(uint64_t flags) { traits.flags |= flags; }
+  void clear(uint64_t flags) { traits.flags &= ~flags; }
+
+  /// nullptr for "" (nothing is asked for) and where there is no such texture (which the host has reported).
+  PatinaTexture* openTexture(const char* name) const {
+    return name && *name ? host.open_texture(host.host, name) : nullptr;
+  }
+  void report(PatinaReport severity, int32_t code, const char* message) const {
+    host.report(host.host, severity, code, message);
+  }
+  /// Row-vector matrices between world space and that of the request which named the shader.
+  const float* worldToShader() const { return in_.world_to_shader; }
+  const float* shaderToWorld() const { return in_.shader_to_world; }
+
+ private:
+  const PatinaPrepare& in_;
+};
+
+namespace detail {
+
+/// The C side of shader class S: the ABI's functions and its descriptor.
+template <class S>
+struct Plugin {
+  static constexpr bool kHasDisplacement = requires { &S::displacement; };
+  static constexpr bool kHasRadiosity = requires { &S::radiosity; };
+  static constexpr bool kHasView = requires { &S::view; };
+  static constexpr bool kHasBatch = requires { &S::lightBatch; };
+  static constexpr bool kHasSample = requires { &S::sample; };
+  static constexpr bool kHasEvaluate = requires { &S::evaluate; };
+  static constexpr bool kHasEmit = requires { &S::emit; };
+
+  template <class K>
+  static constexpr uint64_t reads() {
+    if constexpr (K::kTexels == 0)
+      return K::kChannels;
+    else
+      return K::kChannels | Kernel<decltype(&S::lookups)>::kChannels;
+  }
+
+  static void describeKernels(PatinaTraits& traits) {
+    if constexpr (kHasDisplacement) {
+      using K = Kernel<decltype(&S::displacement)>;
+      static_assert(!(reads<K>() & kI), "displacement does not depend on the view: it is not given I");
+      traits.active |= 1u << PATINA_ENTRY_DISPLACEMENT;
+      traits.reads[PATINA_ENTRY_DISPLACEMENT] = reads<K>();
+    }
+    if constexpr (kHasRadiosity) {
+      using K = Kernel<decltype(&S::radiosity)>;
+      static_assert(!(reads<K>() & kI), "radiosity does not depend on the view: it is not given I");
+      traits.active |= 1u << PATINA_ENTRY_RADIOSITY;
+      traits.reads[PATINA_ENTRY_RADIOSITY] = reads<K>();
+      traits.flags = PATINA_TRAIT_EMITS | PATINA_TRAIT_TRANSMITS;
+    }
+    if constexpr (kHasView) {
+      traits.active |= 1u << PATINA_ENTRY_VIEW;
+      traits.reads[PATINA_ENTRY_VIEW] = reads<Kernel<decltype(&S::view)>>();
+    }
+    if constexpr (kHasBatch || kHasSample || kHasEmit) {
+      traits.active |= 1u << PATINA_ENTRY_LIGHT;
+      if constexpr (requires { S::kLight; })
+        traits.light_kind = S::kLight;
+      else
+        traits.light_kind = kHasEmit       ? PATINA_LIGHT_AREA
+                            : kHasEvaluate ? PATINA_LIGHT_INFINITE
+                                           : PATINA_LIGHT_DELTA;
+    }
+    if constexpr (requires { S::kTraits; }) traits.flags = S::kTraits;
+  }
+
+  // Runs `body`, and turns what it throws into a status.
+  template <class Body>
+  static PatinaStatus guarded(const Body& body) noexcept {
+    try {
+      return body();
+    } catch (const std::bad_alloc&) {
+      return PATINA_ERROR_RESOURCE;
+    } catch (...) {
+      return PATINA_ERROR_INTERNAL;
+    }
+  }
+
+  template <class In, class Body>
+  static PatinaStatus eachBlock(const In* in, const Body& body) noexcept {
+    return guarded([&] {
+      for (uint32_t first = 0; first < in->count; first += kLanes) body(first);
+      return PATINA_OK;
+    });
+  }
+
+  static PatinaStatus prepare(const PatinaPrepare* in, void** instance, PatinaTraits* traits) {
+    return guarded([&]() -> PatinaStatus {
+      std::unique_ptr<Instance<S>> made(
+          new Instance<S>{S{}, ParameterTable<S>::read(in->values, in->value_stride), in->host});
+      describeKernels(*traits);
+      if constexpr (requires(Prepare & p) { made->shader.prepare(made->parameters, p); }) {
+        Prepare context(*in, *traits);
+        const PatinaStatus status = made->shader.prepare(made->parameters, context);
+        if (status != PATINA_OK) return status;
+      }
+      *instance = made.release();
+      return PATINA_OK;
+    });
+  }
+  static void release(void* instance) { delete static_cast<Instance<S>*>(instance); }
+
+  static const Instance<S>& self(const void* instance) { return *static_cast<const Instance<S>*>(instance); }
+
+  static PatinaStatus displacement([[maybe_unused]] void* instance, const PatinaPoints* in,
+                                   [[maybe_unused]] PatinaDisplacementOut* out) {
+    return eachBlock(in, [&]([[maybe_unused]] uint32_t first) {
+      if constexpr (kHasDisplacement) displacementBlock<S>(self(instance), *in, first, *out);
+    });
+  }
+  static PatinaStatus light([[maybe_unused]] void* instance, const PatinaLightIn* in,
+                            [[maybe_unused]] PatinaLightOut* out) {
+    if constexpr (kHasBatch)
+      return guarded([&] { return self(instance).shader.lightBatch(*in, *out); });
+    else
+      return eachBlock(in, [&]([[maybe_unused]] uint32_t first) {
+        if constexpr (kHasSample || kHasEmit) lightBlock<S>(self(instance), *in, first, *out);
+      });
+  }
+  static PatinaStatus radiosity([[maybe_unused]] void* instance, const PatinaPoints* in,
+                                [[maybe_unused]] PatinaRadiosityOut* out) {
+    return eachBlock(in, [&]([[maybe_unused]] uint32_t first) {
+      if constexpr (kHasRadiosity) radiosityBlock<S>(self(instance), *in, first, *out);
+    });
+  }
+  static PatinaStatus view([[maybe_unused]] void* instance, const PatinaPoints* in,
+                           [[maybe_unused]] PatinaViewOut* out) {
+    return eachBlock(in, [&]([[maybe_unused]] uint32_t first) {
+      if constexpr (kHasView) viewBlock<S>(self(instance), *in, first, *out);
+    });
+  }
+
+  static constexpr PatinaShader kShader = {sizeof(PatinaShader),
+                                           PATINA_ABI_MINOR,
+                                           S::kInfo.name,
+                                           S::kInfo.doc,
+                                           ParameterTable<S>::kTable.data(),
+                                           ParameterTable<S>::kCount,
+                                           sizeof(PatinaParameter),
+                                           prepare,
+                                           release,
+                                           displacement,
+                                           light,
+                                           radiosity,
+                                           view};
+};
+
+}  // namespace detail
+}  // namespace patina::sdk
+
+// Exports shader classes: PATINA_SHADERS(First, Second, ...), once per plugin, outside of any namespace.
+#define PATINA_SHADERS(...) \
+  extern "C" const PatinaShader* const patina_shaders_v1[] = {PATINA_SDK_EACH(__VA_ARGS__) nullptr};
+
+#define PATINA_SDK_PARENTHESES ()
+#define PATINA_SDK_RESCAN(...) PATINA_SDK_RESCAN1(PATINA_SDK_RESCAN1(PATINA_SDK_RESCAN1(__VA_ARGS__)))
+#define PATINA_SDK_RESCAN1(...) PATINA_SDK_RESCAN2(PATINA_SDK_RESCAN2(PATINA_SDK_RESCAN2(__VA_ARGS__)))
+#define PATINA_SDK_RESCAN2(...) PATINA_SDK_RESCAN3(PATINA_SDK_RESCAN3(PATINA_SDK_RESCAN3(__VA_ARGS__)))
+#define PATINA_SDK_RESCAN3(...) __VA_ARGS__
+#define PATINA_SDK_EACH(...) PATINA_SDK_RESCAN(PATINA_SDK_ONE(__VA_ARGS__))
+#define PATINA_SDK_ONE(shader, ...)                \
+  &::patina::sdk::detail::Plugin<shader>::kShader, \
+      __VA_OPT__(PATINA_SDK_AGAIN PATINA_SDK_PARENTHESES(__VA_ARGS__))
+#define PATINA_SDK_AGAIN() PATINA_SDK_ONE

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+// What kernels return and are asked, and the loops that run them over a batch.
+#pragma once
+
+#include "lanes.h"
+
+namespace patina::sdk {
+
+// ---- Surfaces
+// --------------------------------------------------------------------------------------------------
+
+/// Result of `radiosity`; see PatinaRadiosityOut.
+struct Radiosity {
+  Color emission{}, reflectance{}, transmittance{}, ambient{};
+  Color opacity{1};
+};
+
+struct Lobe {
+  Color weight{}, transmission{};
+  float alpha = 0;  ///< roughness of RI's specular(), or GGX's alpha
+  float eta = 1;
+};
+
+/// Result of `view`: lobes of the types given, in their order; see PatinaViewOut.
+template <PatinaLobeType... Types>
+struct View {
+  static constexpr std::array<PatinaLobeType, sizeof...(Types)> kTypes{Types...};
+  static_assert(sizeof...(Types) <= PATINA_MAX_LOBES);
+  Color emission{};
+  std::array<Lobe, sizeof...(Types)> lobes{};
+};
+
+/// Result of `displacement`. With DisplacedNormal the shader gives the normal too, else the host computes it.
+struct Displaced {
+  Vector P;
+};
+struct DisplacedNormal {
+  Vector P, N;
+};
+
+// ---- Textures
+// --------------------------------------------------------------------------------------------------
+
+/// Result of `lookups` is a std::array of one of these: where texture i (that of `texture(i)`) is read for a
+/// point. A kernel that takes `const Texels<N>&` as its last argument gets what was found there.
+struct TextureLookup {
+  float s, t, width;
+};
+struct EnvironmentLookup {
+  Vector direction;
+  float width;
+};
+struct Texel {
+  Color color{1};
+  float alpha = 1;
+};
+template <size_t N>
+using Texels = std::array<Texel, N>;
+
+// ---- Lights
+// ----------------------------------------------------------------------------------------------------
+
+/// Asked of `sample`, `evaluate` and `emit`; see PatinaLightIn.
+struct LightQuery {
+  Vector P;                  ///< to be lit; of `emit`: on the light
+  Vector N;                  ///< `emit`: outside normal of the light
+  Vector direction;          ///< `evaluate`: towards the light; `emit`: from the light
+  float u, v;                ///< `emit`
+  float random_x, random_y;  ///< `sample`
+  float time;
+};
+
+/// Result of `sample` (all of it) and of `evaluate` (radiance and pdf).
+struct LightSample {
+  Vector direction{};
+  float distance = PATINA_INFINITE_DISTANCE;
+  Color radiance{};
+  float pdf = 0;
+};
+
+// ---- Loops
+// -----------------------------------------------------------------------------------------------------
+
+namespace detail {
+
+#if defined(__clang__)
+#define PATINA_VECTOR_LOOP
+#else
+#define PATINA_VECTOR_LOOP _Pragma("GCC ivdep")
+#endif
+
+template <class S>
+struct Instance {
+  S shader;
+  typename ParameterTable<S>::Struct parameters;
+  const PatinaHost* host;
+};
+
+// The signature of a kernel: the channels of its Surface argument, its result, how many texels it takes.
+template <class... Args>
+struct ChannelsOf {
+  static constexpr uint64_t kValue = 0;
+};
+template <uint64_t C, class... Rest>
+struct ChannelsOf<Surface<C>, Rest...> {
+  static constexpr uint64_t kValue = C;
+};
+template <class First, class... Rest>
+struct ChannelsOf<First, Rest...> : ChannelsOf<Rest...> {};
+
+template <class... Args>
+struct TexelsOf {
+  static constexpr size_t kValue = 0;
+};
+template <size_t N, class... Rest>
+struct TexelsOf<Texels<N>, Rest...> {
+  static constexpr size_t kValue = N;
+};
+template <class First, class... Rest>
+struct TexelsOf<First, Rest...> : TexelsOf<Rest...> {};
+
+template <class F>
+struct Kernel;
+template <class R, class... Args>
+struct Kernel<R (*)(Args...)> {
+  using Result = R;
+  static constexpr uint64_t kChannels = ChannelsOf<std::remove_cvref_t<Args>...>::kValue;
+  static constexpr size_t kTexels = TexelsOf<std::remove_cvref_t<Args>...>::kValue;
+};
+template <class R, class... Args>
+struct Kernel<R (*)(Args...) noexcept> : Kernel<R (*)(Args...)> {};
+template <class R, class S, class... Args>
+struct Kernel<R (S::*)(Args...) const> : Kernel<R (*)(Args...)> {};
+template <class R, class S, class... Args>
+struct Kernel<R (S::*)(Args...) const noexcept> : Kernel<R (*)(Args...)> {};
+
+// Looks the textures of a block up, before the kernel that uses them runs.
+template <class S, size_t N>
+struct TexelBlock {
+  Lanes3 color[N];
+  Lanes alpha[N];
+
+  PATINA_INLINE void load(const Instance<S>& self, const ParameterBlock<S>& parameters,
+                          const PatinaPoints& in, uint32_t first) {
+    using K = Kernel<decltype(&S::lookups)>;
+    using Lookup = typename K::Result::value_type;
+    static_assert(std::tuple_size_v<typename K::Result> == N, "lookups() and Texels<> disagree");
+    SurfaceBlock<K::kChannels> surface;
+    surface.load(in, first);
+    Lanes3 where[N];
+    Lanes width[N];
+    PATINA_VECTOR_LOOP
+    for (uint32_t lane = 0; lane < kLanes; ++lane) {
+      const auto lookups = self.shader.lookups(parameters.get(lane, self.parameters), surface.get(lane));
+      for (size_t k = 0; k < N; ++k) {
+        if constexpr (std::is_same_v<Lookup, TextureLookup>)
+          where[k].set(lane, Vector(lookups[k].s, lookups[k].t, 0));
+        else
+          where[k].set(lane, lookups[k].direction);
+        width[k].v[lane] = lookups[k].width;
+      }
+    }
+    for (size_t k = 0; k < N; ++k) {
+      alpha[k].fill(1);
+      for (Lanes* plane : {&color[k].x, &color[k].y, &color[k].z}) plane->fill(1);
+      PatinaTexture* texture = self.shader.texture(static_cast<uint32_t>(k));
+      if (!texture) continue;
+      const auto plane = [](const Lanes& lanes) { return PatinaPlane{lanes.v, 1, 0}; };
+      const PatinaOut3 out{color[k].x.v, color[k].y.v, color[k].z.v};
+      const uint32_t count = std::min(kLanes, in.count - first);
+      if constexpr (std::is_same_v<Lookup, TextureLookup>)
+        self.host->texture(self.host->host, texture, count, plane(where[k].x), plane(where[k].y),
+                           plane(width[k]), out, alpha[k].v);
+      else
+        self.host->environment(self.host->host, texture, count,
+                               {plane(where[k].x), plane(where[k].y), plane(where[k].z)}, plane(width[k]),
+                               out);
+    }
+  }
+  PATINA_INLINE Texels<N> get(uint32_t lane) const {
+    Texels<N> texels;
+    for (size_t k = 0; k < N; ++k) texels[k] = {color[k].color(lane), alpha[k].v[lane]};
+    return texels;
+  }
+};
+template <class S>
+struct TexelBlock<S, 0> {
+  PATINA_INLINE void load(const Instance<S>&, const ParameterBlock<S>&, const PatinaPoints&, uint32_t) {}
+};
+
+// Runs a surface kernel over one block: `call` is given parameters, surface [and texels], `set` the lane and
+// the result.
+template <class K, class S, class Call, class Set>
+PATINA_INLINE void runSurface(const Instance<S>& self, const PatinaPoints& in, uint32_t first,
+                              const Call& call, const Set& set) {
+  ParameterBlock<S> parameters;
+  SurfaceBlock<K::kChannels> surface;
+  TexelBlock<S, K::kTexels> texels;
+  parameters.load(in, first);
+  surface.load(in, first);
+  texels.load(self, parameters, in, first);
+  PATINA_VECTOR_LOOP
+  for (uint32_t lane = 0; lane < kLanes; ++lane) {
+    if constexpr (K::kTexels == 0)
+      set(lane, call(parameters.get(lane, self.parameters), surface.get(lane)));
+    else
+      set(lane, call(parameters.get(lane, self.parameters), surface.get(lane), texels.get(lane)));
+  }
+}
+
+template <class S>
+__attribute__((flatten)) void displacementBlock(const Instance<S>& self, const PatinaPoints& in,
+                                                uint32_t first, PatinaDisplacementOut& out) {
+  using K = Kernel<decltype(&S::displacement)>;
+  constexpr bool kNormal = std::is_same_v<typename K::Result, DisplacedNormal>;
+  Lanes3 P, N;
+  runSurface<K>(
+      self, in, first, [&](const auto&... args) { return self.shader.displacement(args...); },
+      [&](uint32_t lane, const auto& result) {
+        P.set(lane, result.P);
+        if constexpr (kNormal) N.set(lane, result.N);
+      });
+  P.store(out.P, first);
+  if constexpr (kNormal) N.store(out.N, first);
+  out.writes_normal = kNormal;
+}
+
+template <class S>
+__attribute__((flatten)) void radiosityBlock(const Instance<S>& self, const PatinaPoints& in, uint32_t first,
+                                             PatinaRadiosityOut& out) {
+  using K = Kernel<decltype(&S::radiosity)>;
+  Lanes3 emission, reflectance, transmittance, ambient, opacity;
+  runSurface<K>(
+      self, in, first, [&](const auto&... args) { return self.shader.radiosity(args...); },
+      [&](uint32_t lane, const Radiosity& result) {
+        emission.set(lane, result.emission);
+        reflectance.set(lane, result.reflectance);
+        transmittance.set(lane, result.transmittance);
+        ambient.set(lane, result.ambient);
+        opacity.set(lane, result.opacity);
+      });
+  emission.store(out.emission, first);
+  reflectance.store(out.reflectance, first);
+  transmittance.store(out.transmittance, first);
+  ambient.store(out.ambient, first);
+  opacity.store(out.opacity, first);
+}
+
+template <class S>
+__attribute__((flatten)) void viewBlock(const Instance<S>& self, const PatinaPoints& in, uint32_t first,
+                                        PatinaViewOut& out) {
+  using K = Kernel<decltype(&S::view)>;
+  using Result = typename K::Result;
+  constexpr size_t kLobes = Result::kTypes.size();
+  Lanes3 emission, weight[kLobes + 1], transmission[kLobes + 1];
+  Lanes alpha[kLobes + 1], eta[kLobes + 1];
+  runSurface<K>(
+      self, in, first, [&](const auto&... args) { return self.shader.view(args...); },
+      [&](uint32_t lane, const Result& result) {
+        emission.set(lane, result.emission);
+        for (size_t k = 0; k < kLobes; ++k) {
+          weight[k].set(lane, result.lobes[k].weight);
+          transmission[k].set(lane, result.lobes[k].transmission);
+          alpha[k].v[lane] = result.lobes[k].alpha;
+          eta[k].v[lane] = result.lobes[k].eta;
+        }
+      });
+  emission.store(out.emission, first);
+  uint32_t used = kLobes;
+  if constexpr (requires { self.shader.lobeCount(); })
+    used = std::min(used, uint32_t(self.shader.lobeCount()));
+  for (uint32_t k = 0; k < used; ++k) {
+    auto& lobe =
+        *reinterpret_cast<PatinaLobe*>(reinterpret_cast<std::byte*>(out.lobes) + size_t(k) * out.lobe_stride);
+    lobe.type = Result::kTypes[k];
+    weight[k].store(lobe.weight, first);
+    transmission[k].store(lobe.transmission, first);
+    alpha[k].store(lobe.alpha, first);
+    eta[k].store(lobe.eta, first);
+  }
+  out.lobe_count = used;
+}
+
+template <class S>
+__attribute__((flatten)) void lightBlock(const Instance<S>& self, const PatinaLightIn& in, uint32_t first,
+                                         PatinaLightOut& out) {
+  ParameterBlock<S> parameters;
+  Lanes3 P, N, direction;
+  Lanes u, v, randomX, randomY, time;
+  parameters.load(in, first);
+  P.load(in.P, first), N.load(in.N, first), direction.load(in.direction, first);
+  u.load(in.u, first), v.load(in.v, first), time.load(in.time, first);
+  randomX.load(in.random_x, first), randomY.load(in.random_y, first);
+  const auto query = [&](uint32_t i) {
+    return LightQuery{P.vector(i), N.vector(i),  direction.vector(i), u.v[i],
+                      v.v[i],      randomX.v[i], randomY.v[i],        time.v[i]};
+  };
+  Lanes3 towards, radiance;
+  Lanes distance, pdf;
+  if (in.task == PATINA_LIGHT_SAMPLE) {
+    if constexpr (requires { &S::sample; }) {
+      PATINA_VECTOR_LOOP
+      for (uint32_t lane = 0; lane < kLanes; ++lane) {
+        const LightSample sample = self.shader.sample(parameters.get(lane, self.parameters), query(lane));
+        towards.set(lane, sample.direction);
+        distance.v[lane] = sample.distance;
+        radiance.set(lane, sample.radiance);
+        pdf.v[lane] = sample.pdf;
+      }
+      towards.store(out.direction, first);
+      distance.store(out.distance, first);
+      radiance.store(out.radiance, first);
+      pdf.store(out.pdf, first);
+    }
+  } else if (in.task == PATINA_LIGHT_EVALUATE) {
+    if constexpr (requires { &S::evaluate; }) {
+      PATINA_VECTOR_LOOP
+      for (uint32_t lane = 0; lane < kLanes; ++lane) {
+        const LightSample sample = self.shader.evaluate(parameters.get(lane, self.parameters), query(lane));
+        radiance.set(lane, sample.radiance);
+        pdf.v[lane] = sample.pdf;
+      }
+      radiance.store(out.radiance, first);
+      pdf.store(out.pdf, first);
+    }
+  } else if (in.task == PATINA_LIGHT_EMIT) {
+    if constexpr (requires { &S::emit; }) {
+      PATINA_VECTOR_LOOP
+      for (uint32_t lane = 0; lane < kLanes; ++lane)
+        radiance.set(lane, Color(self.shader.emit(parameters.get(lane, self.parameters), query(lane))));
+      radiance.store(out.radiance, first);
+    }
+  }
+}
+
+}  // namespace detail
+}  // namespace patina::sdk
