@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kLargestRaster = 1 << 16;             // pixels per side
 constexpr std::uint64_t kLargestFilm = 1ull << 32;  // floats
-constexpr float kLargestFilter = 64;                // pixels
+constexpr int kLargestFilter = 64;                  // pixels
 constexpr int kLargestBucket = 1024;                // pixels per side
 
 int floorDivide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
@@ -32,16 +32,6 @@ std::size_t area(const PixelRect& r) {
 std::size_t indexIn(const PixelRect& r, int x, int y) {
   return static_cast<std::size_t>(y - r.y0) * static_cast<std::size_t>(r.width()) +
          static_cast<std::size_t>(x - r.x0);
-}
-
-bool acceptable(std::span<const float> values, std::span<const FilmChannel> channels) {
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const float v = values[c];
-    const bool fine = channels[c].combine == Combine::Filter ? std::abs(v) <= kLargestSample
-                                                             : v > -kFarDepth && !std::isnan(v);
-    if (!fine) return false;
-  }
-  return true;
 }
 
 }  // namespace
@@ -69,8 +59,17 @@ float PixelMoments::meanVariance() const {
 
 // ---- FilmTile
 
+bool FilmTile::acceptable(std::span<const float> values) const {
+  bool fine = true;
+  for (std::size_t c = 0; c < combine_.size(); ++c) {
+    const float v = values[c];
+    fine &= combine_[c] == Combine::Filter ? std::abs(v) <= kLargestSample : v > -kFarDepth;
+  }
+  return fine;
+}
+
 bool FilmTile::addSample(double x, double y, std::span<const float> values) {
-  if (!acceptable(values, channels_)) {
+  if (!acceptable(values)) {
     ++refused_;
     return false;
   }
@@ -79,30 +78,41 @@ bool FilmTile::addSample(double x, double y, std::span<const float> values) {
   const int py = std::clamp(static_cast<int>(std::floor(y)), samplePixels_.y0, samplePixels_.y1 - 1);
   splat(x, y, values);
   if (pixels_.contains(px, py)) {
-    float* nearest = &nearest_[indexIn(pixels_, px, py) * channels_.size()];
-    for (std::size_t c = 0; c < channels_.size(); ++c) nearest[c] = std::min(nearest[c], values[c]);
+    float* nearest = &nearest_[indexIn(pixels_, px, py) * combine_.size()];
+    for (std::size_t c = 0; c < combine_.size(); ++c) nearest[c] = std::min(nearest[c], values[c]);
   }
-  if (!moments_.empty()) {
+  if (!moments_.empty())
     moments_[indexIn(samplePixels_, px, py)].add(luminance({values[0], values[1], values[2]}));
-  }
   return true;
 }
 
 // Adds the sample to every pixel whose filter support holds it.
 void FilmTile::splat(double x, double y, std::span<const float> values) {
-  const auto first = [](double at, float width) {
+  const auto first = [](double at, double width) {
     return static_cast<int>(std::floor(at - width / 2 - 0.5)) + 1;
   };
-  const auto last = [](double at, float width) { return static_cast<int>(std::floor(at + width / 2 - 0.5)); };
-  const int x0 = std::max(first(x, filter_.xWidth), pixels_.x0);
-  const int x1 = std::min(last(x, filter_.xWidth), pixels_.x1 - 1);
-  const int y0 = std::max(first(y, filter_.yWidth), pixels_.y0);
-  const int y1 = std::min(last(y, filter_.yWidth), pixels_.y1 - 1);
-  const std::size_t channels = channels_.size();
+  const auto last = [](double at, double width) {
+    return static_cast<int>(std::floor(at + width / 2 - 0.5));
+  };
+  const double xWidth = static_cast<double>(filter_.xWidth), yWidth = static_cast<double>(filter_.yWidth);
+  const int x0 = std::max(first(x, xWidth), pixels_.x0), x1 = std::min(last(x, xWidth), pixels_.x1 - 1);
+  const int y0 = std::max(first(y, yWidth), pixels_.y0), y1 = std::min(last(y, yWidth), pixels_.y1 - 1);
+  if (x0 > x1) return;
+  const bool separable = filter_.separable();
+  std::array<float, kLargestFilter + 1> columns;
+  for (int i = x0; separable && i <= x1; ++i)
+    columns[static_cast<std::size_t>(i - x0)] =
+        filter_.axisWeight(static_cast<float>(x - i - 0.5), filter_.xWidth);
+
+  const std::size_t channels = combine_.size();
   for (int j = y0; j <= y1; ++j) {
+    const auto dy = static_cast<float>(y - j - 0.5);
+    const float row = separable ? filter_.axisWeight(dy, filter_.yWidth) : 0.f;
     double* sums = &sums_[indexIn(pixels_, x0, j) * (channels + 1)];
     for (int i = x0; i <= x1; ++i, sums += channels + 1) {
-      const double w = filter_.weight(static_cast<float>(x - i - 0.5), static_cast<float>(y - j - 0.5));
+      const float weight = separable ? row * columns[static_cast<std::size_t>(i - x0)]
+                                     : filter_.weight(static_cast<float>(x - i - 0.5), dy);
+      const auto w = static_cast<double>(weight);
       for (std::size_t c = 0; c < channels; ++c) sums[c] += w * static_cast<double>(values[c]);
       sums[channels] += w;
     }
@@ -123,8 +133,8 @@ std::string Film::problem(const FilmSettings& s) {
     if (!(f >= 0 && f <= 1)) return "the crop window's edges must lie in 0..1";
   const PixelRect pixels = cropPixels(s.width, s.height, s.crop);
   if (pixels.empty()) return "the crop window holds no pixel";
-  if (!(s.filter.xWidth > 0 && s.filter.xWidth <= kLargestFilter && s.filter.yWidth > 0 &&
-        s.filter.yWidth <= kLargestFilter))
+  if (!(s.filter.xWidth > 0 && s.filter.xWidth <= static_cast<float>(kLargestFilter) && s.filter.yWidth > 0 &&
+        s.filter.yWidth <= static_cast<float>(kLargestFilter)))
     return "a pixel filter's width must be more than 0 and at most 64 pixels";
   if (s.bucketWidth < 1 || s.bucketHeight < 1 || s.bucketWidth > kLargestBucket ||
       s.bucketHeight > kLargestBucket)
@@ -137,6 +147,7 @@ std::string Film::problem(const FilmSettings& s) {
 
 Film::Film(FilmSettings settings)
     : settings_(std::move(settings)), pixels_(cropPixels(settings_.width, settings_.height, settings_.crop)) {
+  for (const FilmChannel& channel : settings_.channels) combine_.push_back(channel.combine);
   const PixelFilter& filter = settings_.filter;
   const int reachX = reachOf(filter.xWidth), reachY = reachOf(filter.yWidth);
   const int bucketX = settings_.bucketWidth, bucketY = settings_.bucketHeight;
@@ -176,7 +187,7 @@ FilmTile Film::begin(int index) const {
   FilmTile tile;
   tile.index_ = index;
   tile.filter_ = settings_.filter;
-  tile.channels_ = settings_.channels;
+  tile.combine_ = combine_;
   tile.samplePixels_ = tileSamplePixels(index);
   tile.pixels_ = intersection(reach(tile.samplePixels_), pixels_);
   tile.sums_.assign(area(tile.pixels_) * (settings_.channels.size() + 1), 0.);

@@ -90,13 +90,14 @@ class FilmTile {
 
  private:
   friend class Film;
+  bool acceptable(std::span<const float> values) const;
   void splat(double x, double y, std::span<const float> values);
 
   int index_ = 0;
   PixelFilter filter_;
   PixelRect samplePixels_;
-  PixelRect pixels_;  // the pixels within the filter's reach, inside the crop window
-  std::span<const FilmChannel> channels_;
+  PixelRect pixels_;                   // the pixels within the filter's reach, inside the crop window
+  std::span<const Combine> combine_;   // per channel
   std::vector<double> sums_;           // per pixel: the channels' weighted sums, then the weight
   std::vector<float> nearest_;         // per pixel: the channels' least values (only those that combine so)
   std::vector<PixelMoments> moments_;  // per sample pixel, or empty
@@ -155,6 +156,7 @@ class Film {
   std::size_t pixelOffset(int x, int y) const;
 
   FilmSettings settings_;
+  std::vector<Combine> combine_;  // per channel
   PixelRect pixels_;
   PixelRect samplePixels_;  // pixels_ widened by the filter's reach
   int tilesX_ = 0, tilesY_ = 0, firstTileX_ = 0, firstTileY_ = 0;

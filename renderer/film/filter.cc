@@ -9,12 +9,6 @@ namespace patina {
 
 namespace {
 
-float windowedSinc(float d, float width) {
-  const float x = std::numbers::pi_v<float> * d;
-  const float sinc = std::abs(x) < 1e-4f ? 1.f : std::sin(x) / x;
-  return sinc * std::cos(x / width);
-}
-
 // The spline as RI prints it: twice the usual one, which the normalisation takes out again.
 float catmullRom(float r) {
   if (r >= 2) return 0;
@@ -23,22 +17,26 @@ float catmullRom(float r) {
 
 }  // namespace
 
-float PixelFilter::weight(float dx, float dy) const {
-  const float u = 2 * dx / xWidth, v = 2 * dy / yWidth;  // -1..1 over the support
-  if (u < -1 || u >= 1 || v < -1 || v >= 1) return 0;
+float PixelFilter::axisWeight(float d, float width) const {
+  const float u = 2 * d / width;  // -1..1 over the support
+  if (u < -1 || u >= 1) return 0;
   switch (kind) {
-    case Kind::Box:
-      return 1;
     case Kind::Triangle:
-      return (1 - std::abs(u)) * (1 - std::abs(v));
-    case Kind::CatmullRom:
-      return catmullRom(std::sqrt(dx * dx + dy * dy));
-    case Kind::Sinc:
-      return windowedSinc(dx, xWidth) * windowedSinc(dy, yWidth);
+      return 1 - std::abs(u);
     case Kind::Gaussian:
-      return std::exp(-2 * (u * u + v * v));
+      return std::exp(-2 * u * u);
+    case Kind::Sinc: {
+      const float x = std::numbers::pi_v<float> * d;
+      return (std::abs(x) < 1e-4f ? 1 : std::sin(x) / x) * std::cos(x / width);
+    }
+    default:
+      return 1;
   }
-  return 0;
+}
+
+float PixelFilter::weight(float dx, float dy) const {
+  const float product = axisWeight(dx, xWidth) * axisWeight(dy, yWidth);
+  return separable() ? product : product * catmullRom(std::sqrt(dx * dx + dy * dy));
 }
 
 std::optional<PixelFilter::Kind> PixelFilter::fromName(std::string_view name) {

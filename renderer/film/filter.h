@@ -23,6 +23,11 @@ struct PixelFilter {
   // exp(-2((2dx/xw)^2+(2dy/yw)^2)).
   float weight(float dx, float dy) const;
 
+  // All filters but catmull-rom are products of one factor per axis: weight(dx, dy) is that of dx and xWidth
+  // times that of dy and yWidth.
+  bool separable() const { return kind != Kind::CatmullRom; }
+  float axisWeight(float d, float width) const;
+
   // RI's filter name, e.g. "catmull-rom"; nullopt for an unknown one.
   static std::optional<Kind> fromName(std::string_view name);
 };
