@@ -21,7 +21,8 @@ namespace patina {
 
 inline constexpr uint32_t kNone = 0xffffffffu;
 
-// ---- Shader bindings ---------------------------------------------------------------------------------------------
+// ---- Shader bindings
+// ---------------------------------------------------------------------------------------------
 
 /// One argument of a shader as the RIB gives it; point-like values are in the binding's shader space.
 struct ShaderArgument {
@@ -42,10 +43,17 @@ struct ShaderBinding {
   Location where;
 };
 
-// ---- Attributes --------------------------------------------------------------------------------------------------
+// ---- Attributes
+// --------------------------------------------------------------------------------------------------
 
 /// Kinds of rays; the bits of a primitive's visibility.
-enum RayMask : uint32_t { kCameraRay = 1, kDiffuseRay = 2, kSpecularRay = 4, kTransmissionRay = 8, kAnyRay = 15 };
+enum RayMask : uint32_t {
+  kCameraRay = 1,
+  kDiffuseRay = 2,
+  kSpecularRay = 4,
+  kTransmissionRay = 8,
+  kAnyRay = 15
+};
 
 /// The part of the graphics state that a primitive keeps. Equal states are stored once (Scene::attributes).
 struct Attributes {
@@ -64,15 +72,16 @@ struct Attributes {
   uint32_t visibility = kAnyRay;  ///< RayMask bits
   int maxDiffuseDepth = 1;
   int maxSpecularDepth = 2;
-  float displacementBound = 0;    ///< object space
-  std::string name;               ///< Attribute "identifier" "name"
+  float displacementBound = 0;  ///< object space
+  std::string name;             ///< Attribute "identifier" "name"
   bool operator==(const Attributes&) const = default;
 };
 
-// ---- Primitives --------------------------------------------------------------------------------------------------
+// ---- Primitives
+// --------------------------------------------------------------------------------------------------
 
-/// A primitive variable, checked: `floats` (or ints, strings) hold exactly as many values as its class asks for on its
-/// primitive. Object space for points, vectors and normals.
+/// A primitive variable, checked: `floats` (or ints, strings) hold exactly as many values as its class asks
+/// for on its primitive. Object space for points, vectors and normals.
 struct PrimVar {
   std::string name;
   StorageClass storage = StorageClass::Uniform;
@@ -84,7 +93,8 @@ struct PrimVar {
   std::vector<std::string> strings;
 };
 
-/// Polygons with holes: face f has loopsPerFace[f] loops, loop l has vertsPerLoop[l] vertices; the first is the outside.
+/// Polygons with holes: face f has loopsPerFace[f] loops, loop l has vertsPerLoop[l] vertices; the first is
+/// the outside.
 struct PolygonMesh {
   std::vector<int> loopsPerFace;
   std::vector<int> vertsPerLoop;
@@ -93,8 +103,8 @@ struct PolygonMesh {
 
 struct Quadric {
   enum class Kind { Sphere, Cone, Cylinder, Hyperboloid, Paraboloid, Disk, Torus } kind = Kind::Sphere;
-  /// In the request's order without thetamax: radius zmin zmax | height radius | radius zmin zmax | p1 p2 | rmax zmin
-  /// zmax | height radius | major minor phimin phimax (degrees).
+  /// In the request's order without thetamax: radius zmin zmax | height radius | radius zmin zmax | p1 p2 |
+  /// rmax zmin zmax | height radius | major minor phimin phimax (degrees).
   std::array<float, 6> values{};
   float thetaMax = 360;  ///< degrees
 };
@@ -132,8 +142,8 @@ struct Primitive {
   Shape shape;
   std::vector<PrimVar> variables;  ///< "P" among them where the shape has vertices (Pw and Pz are converted)
   M44d objectToWorld;              ///< inside an object definition: to the object's space
-  uint32_t attributes = kNone;     ///< index of Scene::attributes; kNone inside an object: those of the instance
-  bool reversed = false;           ///< the outside is opposite to dPdu x dPdv (orientation against handedness)
+  uint32_t attributes = kNone;  ///< index of Scene::attributes; kNone inside an object: those of the instance
+  bool reversed = false;        ///< the outside is opposite to dPdu x dPdv (orientation against handedness)
   Location where;
 };
 
@@ -150,17 +160,18 @@ struct Instance {
 };
 
 struct Light {
-  uint32_t shader = kNone;  ///< index of Scene::shaders
-  bool isArea = false;      ///< AreaLightSource: primitives whose attributes name it emit
-  bool castsShadows = true; ///< Attribute "light" "shadows" is not "off"
+  uint32_t shader = kNone;   ///< index of Scene::shaders
+  bool isArea = false;       ///< AreaLightSource: primitives whose attributes name it emit
+  bool castsShadows = true;  ///< Attribute "light" "shadows" is not "off"
   std::string handle;
 };
 
-// ---- Options -----------------------------------------------------------------------------------------------------
+// ---- Options
+// -----------------------------------------------------------------------------------------------------
 
 struct Camera {
   bool perspective = true;
-  float fov = 90;                                   ///< degrees, of the narrower side of the unit screen window
+  float fov = 90;  ///< degrees, of the narrower side of the unit screen window
   std::array<float, 4> screenWindow{-1, 1, -1, 1};  ///< left right bottom top
   float nearPlane = 1e-10f, farPlane = 1e38f;       ///< camera space
   M44d worldToCamera;                               ///< left-handed camera space looking down +z
@@ -170,7 +181,7 @@ struct Camera {
 
 struct DisplayRequest {
   std::string name, type, mode;
-  std::map<std::string, std::string> strings;           ///< display parameters
+  std::map<std::string, std::string> strings;  ///< display parameters
   std::map<std::string, std::vector<float>> numbers;
   Location where;
 };
@@ -183,8 +194,9 @@ struct Quantization {
 struct Options {
   int xResolution = 640, yResolution = 480;
   float pixelAspect = 1;
-  std::optional<float> frameAspect;
-  std::array<float, 4> crop{0, 1, 0, 1};  ///< xmin xmax ymin ymax, fractions of the picture
+  std::optional<float> frameAspect;                  ///< FrameAspectRatio
+  std::optional<std::array<float, 4>> screenWindow;  ///< as the RIB says it; Camera has the one in force
+  std::array<float, 4> crop{0, 1, 0, 1};             ///< xmin xmax ymin ymax, fractions of the picture
   int pixelSamplesX = 2, pixelSamplesY = 2;
   float pixelVariance = 0;
   std::string filter = "gaussian";
@@ -193,15 +205,17 @@ struct Options {
   std::optional<Quantization> colorQuantization;  ///< empty: the display's default
   std::optional<Quantization> depthQuantization;
   std::vector<DisplayRequest> displays;
-  std::string mode;                          ///< Option "patina" "mode" or Hider's integrationmode; "" = not said
-  std::optional<int> minSamples, maxSamples; ///< Hider "raytrace"
-  std::optional<std::string> displayView;    ///< Option "patina" "display"
-  std::optional<Rgb> background;             ///< Imager "background"
-  int radiosityCacheKb = 262144;             ///< Option "limits" "radiositycachememory"
+  std::string mode;  ///< Option "patina" "mode" or Hider's integrationmode; "" = not said
+  std::optional<int> minSamples, maxSamples;  ///< Hider "raytrace"
+  std::optional<std::string> displayView;     ///< Option "patina" "display"
+  std::optional<Rgb> background;              ///< Imager "background"
+  int radiosityCacheKb = 262144;              ///< Option "limits" "radiositycachememory"
   int opacityCacheKb = 262144, geometryCacheKb = 262144, textureKb = 262144;
   std::array<int, 2> bucketSize{16, 16};
   std::map<std::string, std::string> searchPaths;  ///< "shader", "texture", "archive", ... RI path syntax
   bool statistics = false;                         ///< Option "statistics" "endofframe"
+  std::string statisticsFile;  ///< Option "statistics" "filename"; "" and "stdout" = standard output
+  float relativeDetail = 1;    ///< RelativeDetail
 };
 
 /// One frame: what lies between WorldBegin and WorldEnd, with the options in force.

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+// Attributes: Color to Sides, and the name spaces of Attribute.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "renderer/scene/camera.h"
+#include "renderer/scene/hash.h"
+#include "renderer/scene/matrices.h"
+#include "renderer/scene/scene_builder.h"
+
+namespace patina {
+namespace {
+
+size_t hashOf(const Attributes& attributes) {
+  Hasher hasher;
+  hasher.add(attributes.color).add(attributes.opacity).add(attributes.textureCoordinates);
+  hasher.add(attributes.surface)
+      .add(attributes.displacement)
+      .add(attributes.areaLight)
+      .add(attributes.lights);
+  hasher.add(attributes.shadingRate)
+      .add(attributes.visibility)
+      .add(attributes.displacementBound)
+      .add(attributes.name);
+  hasher.add(attributes.maxDiffuseDepth).add(attributes.maxSpecularDepth);
+  return hasher.value();
+}
+
+std::optional<Rgb> rgbOf(Floats values) {
+  if (values.size() == 3) return Rgb(values[0], values[1], values[2]);
+  if (values.size() == 1) return Rgb(values[0]);
+  return std::nullopt;
+}
+
+/// "on", "1", 1 ... of a parameter that exporters write as a number or a word.
+bool truth(const ParamList& params, std::string_view token, bool fallback) {
+  const Param* param = params.find(token);
+  if (!param) return fallback;
+  if (!param->strings.empty()) {
+    const std::string_view word = param->strings.front();
+    return !(word == "off" || word == "0" || word == "no" || word == "none" || word == "false");
+  }
+  return params.floatValue(token, fallback ? 1.0f : 0.0f) != 0;
+}
+
+void markAllUsed(const ParamList& params) {
+  for (const Param& param : params) param.used = true;
+}
+
+}  // namespace
+
+Attributes& SceneBuilder::changeAttributes() {
+  state_.stored = kNone;
+  state_.touched = true;
+  return state_.attributes;
+}
+
+uint32_t SceneBuilder::storeAttributes() {
+  if (inObject() && !state_.touched) return kNone;
+  if (state_.stored != kNone) return state_.stored;
+  Attributes attributes = state_.attributes;
+  if (state_.bxdfColor) attributes.color = *state_.bxdfColor;
+  const size_t hash = hashOf(attributes);
+  const auto [begin, end] = attributesByHash_.equal_range(hash);
+  const auto same =
+      std::find_if(begin, end, [&](const auto& e) { return scene_.attributes[e.second] == attributes; });
+  if (same != end) return state_.stored = same->second;
+  state_.stored = static_cast<uint32_t>(scene_.attributes.size());
+  attributesByHash_.emplace(hash, state_.stored);
+  scene_.attributes.push_back(std::move(attributes));
+  return state_.stored;
+}
+
+void SceneBuilder::color(Floats values, const Location& at) {
+  if (laterMotionSample()) return;
+  const auto rgb = rgbOf(values);
+  if (!rgb)
+    return error(RiError::BadColor, at, fmt::format("Color has {} values, expected 3", values.size()),
+                 "color");
+  changeAttributes().color = *rgb;
+}
+
+void SceneBuilder::opacity(Floats values, const Location& at) {
+  if (laterMotionSample()) return;
+  const auto rgb = rgbOf(values);
+  if (!rgb)
+    return error(RiError::BadColor, at, fmt::format("Opacity has {} values, expected 3", values.size()),
+                 "opacity");
+  changeAttributes().opacity = *rgb;
+}
+
+void SceneBuilder::textureCoordinates(const std::array<float, 8>& st, const Location&) {
+  changeAttributes().textureCoordinates = st;
+}
+
+void SceneBuilder::shadingRate(float size, const Location& at) {
+  if (laterMotionSample()) return;
+  if (!(size > 0))
+    return error(RiError::Range, at, fmt::format("ShadingRate {} is not positive", size), "shading rate");
+  changeAttributes().shadingRate = std::max(size, 1e-4f);
+}
+
+void SceneBuilder::shadingInterpolation(std::string_view type, const Location& at) {
+  if (type != "constant" && type != "smooth") {
+    return error(RiError::BadToken, at,
+                 fmt::format("ShadingInterpolation \"{}\": expected constant or smooth", type));
+  }
+  changeAttributes().smoothShading = type == "smooth";
+}
+
+void SceneBuilder::matte(bool on, const Location&) { changeAttributes().matte = on; }
+
+void SceneBuilder::sides(int sides, const Location& at) {
+  if (sides != 1 && sides != 2)
+    return error(RiError::Range, at, fmt::format("Sides {}: expected 1 or 2", sides));
+  changeAttributes().oneSided = sides == 1;
+}
+
+// ---- Orientation
+// ---------------------------------------------------------------------------------------------------
+
+void SceneBuilder::orientation(std::string_view orientation, const Location& at) {
+  // Camera space is left-handed; inside a world block the current transformation leads to it by way of the
+  // world.
+  double determinant = determinant3(state_.ctm);
+  if (inWorld() && !inObject()) determinant *= determinant3(scene_.camera.worldToCamera);
+  const bool systemIsLeftHanded = determinant > 0;
+  if (orientation == "outside") {
+    state_.inside = false;
+  } else if (orientation == "inside") {
+    state_.inside = true;
+  } else if (orientation == "lh") {
+    state_.inside = !systemIsLeftHanded;
+  } else if (orientation == "rh") {
+    state_.inside = systemIsLeftHanded;
+  } else {
+    error(RiError::BadToken, at,
+          fmt::format("Orientation \"{}\": expected outside, inside, lh or rh", orientation));
+  }
+}
+
+void SceneBuilder::reverseOrientation(const Location&) { state_.inside = !state_.inside; }
+
+// ---- Level of detail
+// -----------------------------------------------------------------------------------------------
+
+void SceneBuilder::detail(const Bounds6& bound, const Location& at) {
+  if (!(bound[0] <= bound[1] && bound[2] <= bound[3] && bound[4] <= bound[5])) {
+    return error(RiError::Range, at, "Detail: expected xmin <= xmax and the same for y and z");
+  }
+  // Where an object will stand is not known in its definition: it keeps its highest level.
+  if (!inWorld() || inObject()) return;
+  state_.detail = rasterArea(bound, state_.ctm, scene_.options, scene_.camera) * options_.relativeDetail;
+}
+
+void SceneBuilder::detailRange(float minVisible, float lowerTransition, float upperTransition,
+                               float maxVisible, const Location& at) {
+  if (!(minVisible <= lowerTransition && lowerTransition <= upperTransition &&
+        upperTransition <= maxVisible)) {
+    return error(RiError::Range, at, "DetailRange: expected four values in rising order");
+  }
+  constexpr float kRiInfinity = 1e37f;
+  const auto limit = [](float value) { return value >= kRiInfinity ? kInfinity : value; };
+  state_.detailRange = {minVisible, lowerTransition, limit(upperTransition), limit(maxVisible)};
+}
+
+void SceneBuilder::geometricRepresentation(std::string_view type, const Location& at) {
+  if (type == "points" || type == "lines") unhandled(fmt::format("GeometricRepresentation \"{}\"", type), at);
+}
+
+// ---- Attribute
+// -----------------------------------------------------------------------------------------------------
+
+void SceneBuilder::attribute(std::string_view name, const ParamList& params, const Location& at) {
+  if (laterMotionSample()) return;
+  setUserValues("attribute", name, params);
+  if (name == "identifier") {
+    if (const Param* id = params.find("name"); id && !id->strings.empty())
+      changeAttributes().name = id->strings.front();
+  } else if (name == "trace") {
+    Attributes& attributes = changeAttributes();
+    const auto depth = [&](std::string_view token, int value) {
+      return std::clamp(params.intValue(token, value), 0, 1000);
+    };
+    attributes.maxDiffuseDepth = depth("maxdiffusedepth", attributes.maxDiffuseDepth);
+    attributes.maxSpecularDepth = depth("maxspeculardepth", attributes.maxSpecularDepth);
+    for (const std::string_view token :
+         {"bias", "autobias", "displacements", "samplemotion", "maxspecularsamples", "maxdiffusesamples",
+          "intersectpriority", "holdout", "decimationrate"}) {
+      params.find(token);
+    }
+    params.reportUnread(errors_, "Attribute \"trace\"",
+                        std::array<std::string_view, 3>{"maxdiffusedepth", "maxspeculardepth", "bias"});
+  } else if (name == "visibility") {
+    visibilityAttribute(params, at);
+  } else if (name == "light") {
+    state_.lightsCastShadows = truth(params, "shadows", state_.lightsCastShadows);
+    params.find("nsamples");
+    params.find("samples");
+    params.reportUnread(errors_, "Attribute \"light\"",
+                        std::array<std::string_view, 2>{"shadows", "nsamples"});
+  } else if (name == "render") {
+    if (const Param* casts = params.find("casts_shadows")) {
+      const bool none = !casts->strings.empty() && casts->strings.front() == "none";
+      Attributes& attributes = changeAttributes();
+      attributes.castsShadows = !none;
+      attributes.visibility =
+          none ? attributes.visibility & ~kTransmissionRay : attributes.visibility | kTransmissionRay;
+    }
+    markAllUsed(params);
+  } else if (name == "displacementbound") {
+    displacementBound(params);
+  } else if (name == "Ri") {
+    riAttribute(params, at);
+  }
+}
+
+void SceneBuilder::visibilityAttribute(const ParamList& params, const Location& at) {
+  Attributes& attributes = changeAttributes();
+  const auto set = [&](std::string_view token, uint32_t rays) {
+    const Param* param = params.find(token);
+    if (!param) return;
+    bool on = params.floatValue(token, 1) != 0;
+    if (!param->strings.empty()) {  // before PRMan 13.5: how opaque the primitive is to shadow rays
+      const std::string_view word = param->strings.front();
+      on = word != "transparent" && word != "none" && word != "off" && word != "0";
+    }
+    attributes.visibility = on ? attributes.visibility | rays : attributes.visibility & ~rays;
+  };
+  set("camera", kCameraRay);
+  set("diffuse", kDiffuseRay);
+  set("specular", kSpecularRay);
+  set("indirect", kDiffuseRay | kSpecularRay);
+  set("trace", kDiffuseRay | kSpecularRay);
+  set("transmission", kTransmissionRay);
+  attributes.castsShadows = (attributes.visibility & kTransmissionRay) != 0;
+  for (const std::string_view token : {"photon", "midpoint", "subsurface"}) params.find(token);
+  static constexpr std::string_view kKnown[] = {"camera",       "diffuse", "specular",
+                                                "transmission", "trace",   "indirect"};
+  params.reportUnread(errors_, "Attribute \"visibility\"", kKnown);
+  if (attributes.visibility == 0) {
+    errors_.report(Severity::Info, RiError::Range, at, "nothing sees primitives of this visibility");
+  }
+}
+
+void SceneBuilder::displacementBound(const ParamList& params) {
+  const float sphere = params.floatValue("sphere", 0);
+  const std::string_view system = params.stringValue("coordinatesystem", "current");
+  double scale = 1;
+  // Given in another space, the radius grows by the most that the way from there to the object stretches.
+  if (system != "current" && system != "object" && system != "shader") {
+    const M44d toSystem =
+        state_.ctm * objectBase_ * inverted(namedTransform(system).value_or(M44d())).value_or(M44d());
+    if (const auto toObject = inverted(toSystem)) scale = largestStretch(*toObject);
+  }
+  if (sphere >= 0) changeAttributes().displacementBound = static_cast<float>(sphere * scale);
+  static constexpr std::string_view kKnown[] = {"sphere", "coordinatesystem"};
+  params.reportUnread(errors_, "Attribute \"displacementbound\"", kKnown);
+}
+
+/// The modern dialect's name space for what RI has requests for.
+void SceneBuilder::riAttribute(const ParamList& params, const Location& at) {
+  if (params.find("Sides")) sides(params.intValue("Sides", 2), at);
+  if (params.find("Matte")) matte(params.intValue("Matte", 0) != 0, at);
+  if (params.find("ShadingRate")) shadingRate(params.floatValue("ShadingRate", 1), at);
+  if (params.find("Orientation")) orientation(params.stringValue("Orientation", "outside"), at);
+  if (params.intValue("ReverseOrientation", 0) != 0) reverseOrientation(at);
+  params.reportUnread(errors_, "Attribute \"Ri\"");
+}
+
+}  // namespace patina

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// RI's graphics state while a scene is being built: what AttributeBegin saves, and the blocks that are open.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "renderer/scene/scene.h"
+
+namespace patina {
+
+/// What AttributeBegin saves and AttributeEnd restores.
+struct GraphicsState {
+  Attributes attributes;
+  uint32_t stored = kNone;  ///< index of these attributes in Scene::attributes; kNone: they changed since
+  bool touched = true;      ///< an attribute was set since ObjectBegin
+  M44d ctm;  ///< to world inside a world block, to the object inside an object, to camera elsewhere
+
+  /// The current orientation differs from the handedness of the current coordinate system. A transformation
+  /// with a negative determinant flips both (RI 3.2, Orientation), so only orientation requests change this.
+  bool inside = false;
+  bool lightsCastShadows = true;  ///< Attribute "light" "shadows"
+  std::optional<Rgb> bxdfColor;   ///< the modern dialect's surface colour stands in for Color
+
+  CubicBasis basisU, basisV;
+  float detail = kInfinity;  ///< area in pixels of the Detail bound
+  std::array<float, 4> detailRange{0, 0, kInfinity, kInfinity};
+};
+
+enum class BlockKind : uint8_t { Frame, World, Attribute, Transform, Solid, Object, Motion, Resource };
+inline constexpr size_t kBlockKinds = 8;
+
+/// The request that opens a block, without "Begin".
+std::string_view name(BlockKind kind);
+
+/// The open blocks, innermost last. Every operation takes constant time, however deep the nesting.
+class BlockStack {
+ public:
+  struct Block {
+    BlockKind kind;
+    Location where;
+    int outer;  ///< index of the next open block of the same kind, -1 = none
+  };
+
+  bool empty() const { return blocks_.empty(); }
+  size_t depth() const { return blocks_.size(); }
+  const Block& top() const { return blocks_.back(); }
+  bool isOpen(BlockKind kind) const { return last(kind) >= 0; }
+
+  void push(BlockKind kind, const Location& where);
+  Block pop();
+
+  /// Whether an End of this kind has a Begin that it may close: World, Object and Frame blocks hide what is
+  /// around them.
+  bool mayClose(BlockKind kind) const;
+
+ private:
+  int last(BlockKind kind) const { return last_[static_cast<size_t>(kind)]; }
+
+  std::vector<Block> blocks_;
+  std::array<int, kBlockKinds> last_{-1, -1, -1, -1, -1, -1, -1, -1};
+};
+
+}  // namespace patina

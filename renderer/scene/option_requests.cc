@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options of picture and renderer: PixelSamples to Display, Hider and Option.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "renderer/scene/scene_builder.h"
+#include "renderer/scene/search_path.h"
+
+namespace patina {
+namespace {
+
+using Names = std::span<const std::string_view>;
+
+/// Marks parameters that other renderers know and that change nothing here.
+void passOver(const ParamList& params, Names names) {
+  for (const Param& param : params) {
+    if (std::ranges::find(names, param.name()) != names.end()) param.used = true;
+  }
+}
+
+constexpr std::string_view kIgnoredLimits[] = {
+    "gridsize",         "eyesplits",       "zthreshold",        "othreshold",      "brickmemory",
+    "deepshadowmemory", "deepshadowtiles", "proceduralmemory",  "octreememory",    "pointmemory",
+    "ptexturemaxfiles", "ptexturememory",  "hairmemory",        "threads",         "shadesize",
+    "rendermemory",     "rendertime",      "matrixcachememory", "deepshadowerror", "texturefiles"};
+constexpr std::string_view kIgnoredHider[] = {
+    "jitter",          "incremental",      "adaptall",         "pixelfiltermode",
+    "darkfalloff",     "minextrasamples",  "adaptivemetric",   "bluenoise",
+    "samplemotion",    "subpixel",         "extrememotiondof", "sigma",
+    "sigmablur",       "depthfilter",      "decidither",       "maxvpdepth",
+    "mpcache",         "mpcachedir",       "mpmemory",         "allowsurfaces",
+    "exposurebracket", "opacitythreshold", "dofaspect",        "rendermode"};
+constexpr std::string_view kIgnoredTrace[] = {"maxdepth",      "decimationrate", "bvhcompression",
+                                              "worldorigin",   "worldoffset",    "specularthreshold",
+                                              "continuationby"};
+constexpr std::string_view kIgnoredStatistics[] = {"xmlfilename",      "level",           "shaderprofile",
+                                                   "stylesheet",       "maxdispwarnings", "displace_ratios",
+                                                   "texturestatslevel"};
+
+}  // namespace
+
+void SceneBuilder::pixelVariance(float variance, const Location& at) {
+  if (!(variance >= 0))
+    return error(RiError::Range, at, fmt::format("PixelVariance {} is negative", variance));
+  options_.pixelVariance = variance;
+}
+
+void SceneBuilder::pixelSamples(float x, float y, const Location& at) {
+  constexpr float kMost = 4096;
+  if (!(x <= kMost && y <= kMost)) {
+    return error(RiError::LimitCheck, at,
+                 fmt::format("PixelSamples {} {}: at most {} each way", x, y, kMost));
+  }
+  options_.pixelSamplesX = static_cast<int>(std::lround(std::max(x, 1.0f)));
+  options_.pixelSamplesY = static_cast<int>(std::lround(std::max(y, 1.0f)));
+}
+
+void SceneBuilder::pixelFilter(std::string_view name, float xWidth, float yWidth, const Location& at) {
+  static constexpr std::string_view kNames[] = {"box", "triangle", "catmull-rom", "sinc", "gaussian"};
+  constexpr float kWidest = 64;
+  if (name.starts_with("separable-")) name.remove_prefix(10);
+  if (!(xWidth > 0 && xWidth <= kWidest && yWidth > 0 && yWidth <= kWidest)) {
+    return error(
+        RiError::Range, at,
+        fmt::format("PixelFilter: widths {} {} are not between 0 and {} pixels", xWidth, yWidth, kWidest));
+  }
+  if (std::ranges::find(kNames, name) == std::end(kNames)) {
+    warning(RiError::BadToken, at,
+            fmt::format("PixelFilter \"{}\" is unknown (expected box, triangle, catmull-rom, sinc or "
+                        "gaussian): gaussian 2 2 "
+                        "takes its place",
+                        name));
+    name = "gaussian";
+    xWidth = yWidth = 2;
+  }
+  options_.filter = name;
+  options_.filterWidthX = xWidth;
+  options_.filterWidthY = yWidth;
+}
+
+void SceneBuilder::exposure(float gain, float gamma, const Location& at) {
+  if (!(gain > 0) || !(gamma > 0)) {
+    return error(RiError::Range, at,
+                 fmt::format("Exposure {} {}: gain and gamma must be positive", gain, gamma));
+  }
+  options_.exposureGain = gain;
+  options_.exposureGamma = gamma;
+}
+
+void SceneBuilder::imager(std::string_view name, const ParamList& params, const Location& at) {
+  options_.background.reset();
+  if (name == "background" || name == "PxrBackgroundDisplayFilter") {
+    Rgb color(1, 1, 1);
+    for (const std::string_view token : {"color", "bgcolor", "background", "backgroundColor"}) {
+      const auto value = params.tripleValue(token, {color.x, color.y, color.z});
+      color = Rgb(value[0], value[1], value[2]);
+    }
+    options_.background = color;
+    params.reportUnread(errors_, "Imager");
+  } else if (!name.empty() && name != "null") {
+    unhandled(fmt::format("Imager \"{}\"", name), at);
+  }
+}
+
+void SceneBuilder::quantize(std::string_view type, int one, int min, int max, float dither,
+                            const Location& at) {
+  if (one < 0 || min > max) {
+    return error(RiError::Range, at,
+                 fmt::format("Quantize {} {} {}: expected one >= 0 and minimum <= maximum", one, min, max));
+  }
+  const Quantization quantization{one, min, max, dither};
+  if (type == "z") {
+    options_.depthQuantization = quantization;
+  } else if (type == "rgba" || type == "rgb" || type == "a") {
+    options_.colorQuantization = quantization;
+  } else {
+    warning(RiError::BadToken, at, fmt::format("Quantize \"{}\": expected rgba or z", type));
+  }
+}
+
+void SceneBuilder::display(std::string_view name, std::string_view type, std::string_view mode,
+                           const ParamList& params, const Location& at) {
+  DisplayRequest request;
+  request.type = type;
+  request.mode = mode;
+  request.where = at;
+  for (const Param& param : params) {
+    param.used = true;
+    const std::string key(param.name());
+    if (!param.strings.empty()) {
+      request.strings[key] = param.strings.front();
+    } else if (!param.ints.empty()) {
+      request.numbers[key].assign(param.ints.begin(), param.ints.end());
+    } else {
+      request.numbers[key].assign(param.floats.begin(), param.floats.end());
+    }
+  }
+  constexpr size_t kMostDisplays = 1000;
+  if (name.starts_with('+')) {
+    name.remove_prefix(1);
+  } else {
+    options_.displays.clear();
+  }
+  if (options_.displays.size() >= kMostDisplays) {
+    return error(RiError::LimitCheck, at, fmt::format("more than {} Displays", kMostDisplays), "displays");
+  }
+  request.name = name;
+  options_.displays.push_back(std::move(request));
+}
+
+void SceneBuilder::hider(std::string_view type, const ParamList& params, const Location& at) {
+  if (type == "raytrace") {
+    const auto samples = [&](std::string_view token, std::optional<int>& value) {
+      const int n = params.intValue(token, 0);
+      if (n > 0) value = std::min(n, 1 << 24);
+    };
+    samples("minsamples", options_.minSamples);
+    samples("maxsamples", options_.maxSamples);
+    const std::string_view mode = params.stringValue("integrationmode", riMode_);
+    if (mode == "distribution" || mode == "path" || mode.empty()) {
+      riMode_ = mode;
+    } else {
+      warning(RiError::BadToken, at,
+              fmt::format("Hider \"raytrace\" integrationmode \"{}\": expected distribution or path", mode));
+    }
+  } else if (type != "hidden" && type != "null") {
+    unhandled(fmt::format("Hider \"{}\"", type), at);
+    return;
+  }
+  passOver(params, kIgnoredHider);
+  params.reportUnread(errors_, "Hider",
+                      std::array<std::string_view, 3>{"minsamples", "maxsamples", "integrationmode"});
+}
+
+void SceneBuilder::integrator(std::string_view name, Handle, const ParamList&, const Location& at) {
+  if (name == "PxrPathTracer" || name == "PxrUnified" || name == "PxrVCM") {
+    riMode_ = "path";
+  } else if (name == "PxrDirectLighting") {
+    riMode_ = "direct";
+  } else {
+    unhandled(fmt::format("Integrator \"{}\"", name), at);
+  }
+}
+
+void SceneBuilder::colorSamples(Floats toRgb, Floats fromRgb, const Location& at) {
+  if (toRgb.size() != 9 || fromRgb.size() != 9) {
+    error(RiError::BadColor, at,
+          fmt::format("ColorSamples with {} samples: colours have three here, as linear Rec.709",
+                      toRgb.size() / 3));
+  }
+}
+
+void SceneBuilder::relativeDetail(float scale, const Location& at) {
+  if (!(scale >= 0)) return error(RiError::Range, at, fmt::format("RelativeDetail {} is negative", scale));
+  options_.relativeDetail = scale;
+}
+
+void SceneBuilder::option(std::string_view name, const ParamList& params, const Location& at) {
+  setUserValues("option", name, params);
+  if (name == "limits") {
+    const auto memory = [&](std::string_view token, int& kilobytes) {
+      const int value = params.intValue(token, kilobytes);
+      if (value >= 0) {
+        kilobytes = value;
+      } else if (value != -1) {  // PRMan's "default"
+        error(RiError::Range, at,
+              fmt::format("Option \"limits\" \"{}\" {}: expected kilobytes", token, value));
+      }
+    };
+    memory("radiositycachememory", options_.radiosityCacheKb);
+    memory("opacitycachememory", options_.opacityCacheKb);
+    memory("geocachememory", options_.geometryCacheKb);
+    memory("texturememory", options_.textureKb);
+    if (const Param* size = params.find("bucketsize"); size && size->ints.size() == 2) {
+      if (size->ints[0] >= 1 && size->ints[1] >= 1) {
+        options_.bucketSize = {std::min(size->ints[0], 1024), std::min(size->ints[1], 1024)};
+      }
+    }
+    passOver(params, kIgnoredLimits);
+    params.reportUnread(errors_, "Option \"limits\"",
+                        std::array<std::string_view, 5>{"radiositycachememory", "opacitycachememory",
+                                                        "geocachememory", "texturememory", "bucketsize"});
+  } else if (name == "searchpath") {
+    for (const Param& param : params) {
+      param.used = true;
+      if (param.strings.empty()) continue;
+      std::string& path = options_.searchPaths[std::string(param.name())];
+      std::string joined(param.strings.front());
+      for (size_t i = 1; i < param.strings.size(); ++i) joined.append(":").append(param.strings[i]);
+      path = expandSearchPath(joined, path);
+    }
+  } else if (name == "statistics") {
+    options_.statistics = params.intValue("endofframe", options_.statistics) != 0;
+    options_.statisticsFile = params.stringValue("filename", options_.statisticsFile);
+    passOver(params, kIgnoredStatistics);
+    params.reportUnread(errors_, "Option \"statistics\"",
+                        std::array<std::string_view, 2>{"endofframe", "filename"});
+  } else if (name == "patina") {
+    const std::string_view mode = params.stringValue("mode", patinaMode_);
+    static constexpr std::string_view kModes[] = {"radiosity", "distribution", "path", "points", "direct"};
+    if (mode.empty() || std::ranges::find(kModes, mode) != std::end(kModes)) {
+      patinaMode_ = mode;
+    } else {
+      error(RiError::BadToken, at,
+            fmt::format(
+                "Option \"patina\" \"mode\" \"{}\": expected radiosity, distribution, path, points or direct",
+                mode));
+    }
+    if (const std::string_view view = params.stringValue("display", ""); !view.empty())
+      options_.displayView = view;
+    params.reportUnread(errors_, "Option \"patina\"", std::array<std::string_view, 2>{"mode", "display"});
+  } else if (name == "trace") {
+    passOver(params, kIgnoredTrace);
+    params.reportUnread(errors_, "Option \"trace\"");
+  }
+}
+
+}  // namespace patina

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counts of primitive variables' values.
+#include "renderer/scene/value_count.h"
+
+#include <numeric>
+
+namespace patina {
+namespace {
+
+size_t sum(const std::vector<int>& counts) {
+  return std::accumulate(counts.begin(), counts.end(), size_t{0},
+                         [](size_t total, int n) { return total + static_cast<size_t>(n); });
+}
+
+ValueCounts countsOf(const PolygonMesh& mesh, size_t vertexCount) {
+  return {mesh.loopsPerFace.size(), vertexCount, vertexCount, sum(mesh.vertsPerLoop)};
+}
+
+ValueCounts countsOf(const SubdivisionMesh& mesh, size_t vertexCount) {
+  return {mesh.vertsPerFace.size(), vertexCount, vertexCount, mesh.vertices.size()};
+}
+
+ValueCounts countsOf(const Quadric&, size_t) { return {1, 4, 4, 4}; }
+
+ValueCounts countsOf(const ParametricMesh& mesh, size_t) {
+  const auto along = [&](int count, int step, bool periodic) {
+    const auto patches = static_cast<size_t>(patchCount(mesh.bicubic, count, step, periodic));
+    return std::pair(patches, patches + (periodic ? 0 : 1));
+  };
+  const auto [patchesU, cornersU] = along(mesh.nu, mesh.basisU.step, mesh.periodicU);
+  const auto [patchesV, cornersV] = along(mesh.nv, mesh.basisV.step, mesh.periodicV);
+  return {patchesU * patchesV, cornersU * cornersV,
+          static_cast<size_t>(mesh.nu) * static_cast<size_t>(mesh.nv), 4 * patchesU * patchesV};
+}
+
+}  // namespace
+
+size_t ValueCounts::of(StorageClass storage) const {
+  switch (storage) {
+    case StorageClass::Constant:
+      return 1;
+    case StorageClass::Uniform:
+      return uniform;
+    case StorageClass::Varying:
+      return varying;
+    case StorageClass::Vertex:
+      return vertex;
+    case StorageClass::FaceVarying:
+    case StorageClass::FaceVertex:
+      return faceVarying;
+  }
+  return 1;
+}
+
+ValueCounts valueCounts(const Shape& shape, size_t vertexCount) {
+  return std::visit([&](const auto& kind) { return countsOf(kind, vertexCount); }, shape);
+}
+
+int patchCount(bool bicubic, int count, int step, bool periodic) {
+  if (!bicubic) return periodic ? (count >= 2 ? count : 0) : std::max(0, count - 1);
+  const int span = periodic ? count : count - 4;
+  if (count < 4 || step < 1 || span % step != 0) return 0;
+  return periodic ? span / step : span / step + 1;
+}
+
+size_t highestIndex(const std::vector<int>& vertices) {
+  const auto highest = std::max_element(vertices.begin(), vertices.end());
+  return highest == vertices.end() ? 0 : static_cast<size_t>(*highest) + 1;
+}
+
+}  // namespace patina
