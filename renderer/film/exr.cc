@@ -11,12 +11,10 @@
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
-#include <OpenEXR/ImfThreading.h>
 
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
-#include <thread>
 
 #include "renderer/film/atomic_file.h"
 
@@ -25,7 +23,6 @@ namespace patina {
 namespace {
 
 constexpr float kLargestHalf = 65504;
-constexpr std::size_t kLargeFile = 1 << 20;  // floats; beyond, compression is worth threads of its own
 
 // Collects a file in memory: OpenEXR's own file streams lose the error of a last, buffered write.
 class MemoryStream : public Imf::OStream {
@@ -100,8 +97,6 @@ std::string encode(const ImageData& image, const ExrSettings& s) {
     }
   }
   MemoryStream stream;
-  if (image.pixels.size() > kLargeFile)
-    Imf::setGlobalThreadCount(static_cast<int>(std::min(std::thread::hardware_concurrency(), 8u)));
   {
     Imf::OutputFile file(stream, header);
     file.setFrameBuffer(buffer);
