@@ -267,6 +267,7 @@ size_t Arguments::addParam(size_t token) {
   }
   const Value& value = pool_.values[next];
   if (value.bad) return next + 1;
+  if (!declaration && session_.dictionary().refused(name)) return next + 1;  // reported at its Declare
   if (badDeclaration) {
     warn(RiError::BadToken, at, fmt::format("\"{}\" is not a declaration; the parameter is ignored", name));
     return next + 1;

@@ -84,7 +84,7 @@ constexpr Predeclared kPredeclared[] = {
      "texturename shader archive texture display procedural resource name shadinggroup coordinatesystem "
      "sense "
      "shadows shadowname"},
-    {"uniform color", "specularcolor lightcolor background bgcolor emission zthreshold othreshold"},
+    {"uniform color", "specularcolor lightcolor background bgcolor color emission zthreshold othreshold"},
     {"uniform point", "from to"},
     {"uniform int",
      "gridsize texturememory eyesplits endofframe jitter maxdepth maxdiffusedepth maxspeculardepth "
@@ -163,8 +163,11 @@ bool Dictionary::declare(std::string_view name, std::string_view text) {
   // A name with blanks in it could never be found: tokens with blanks are inline declarations.
   if (!declaration || !declaration->name.empty() || name.empty() ||
       std::any_of(name.begin(), name.end(), isBlank)) {
+    names_.erase(std::string(name));
+    refused_.emplace(name);
     return false;
   }
+  refused_.erase(std::string(name));
   names_.insert_or_assign(std::string(name), *declaration);
   return true;
 }

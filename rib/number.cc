@@ -3,51 +3,81 @@
 #include "rib/number.h"
 
 #include <cctype>
+#include <charconv>
+#include <limits>
 #include <string_view>
 
-namespace patina::number_detail {
+namespace patina {
+namespace {
 
-Number scanExactly(const char* first, const char* last, bool negative, int64_t exponent) {
+using namespace number_detail;
+
+bool equalsNoCase(std::string_view word, std::string_view lower) {
+  if (word.size() != lower.size()) return false;
+  for (size_t i = 0; i < word.size(); ++i) {
+    if (std::tolower(static_cast<unsigned char>(word[i])) != lower[i]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Number scanNumber(const char* const first, const char* const last) {
   Number result;
-  result.status = NumberStatus::Ok;
-  const auto [end, error] = std::from_chars(first, last, result.value);
-  if (error == std::errc::result_out_of_range) {
+  double value;
+  if (const char* const end = scanSimpleNumber(first, last, value, result.integral)) {
+    result.value = static_cast<float>(value);
+    result.exact = value;
+    result.status = NumberStatus::Ok;
+    result.end = end;
+    return result;
+  }
+  result.integral = false;
+
+  // The word, and its number without the sign, which from_chars takes only if it is a minus.
+  const char* p = first;
+  while (p != last && !isDelimiter(*p)) ++p;
+  result.end = p;
+  const bool negative = *first == '-';
+  const bool sign = negative || *first == '+';
+  const char* const digits = first + sign;
+  const std::string_view word(digits, static_cast<size_t>(p - digits));
+  if (word.empty() || !(isDigit(word[0]) || word[0] == '.')) {
+    const bool odd = equalsNoCase(word, "nan") || equalsNoCase(word, "inf") || equalsNoCase(word, "infinity");
+    result.status = odd ? NumberStatus::NotFinite : sign ? NumberStatus::Malformed : NumberStatus::NotANumber;
+    return result;
+  }
+
+  const auto [end, error] = std::from_chars(digits, p, result.value);
+  result.status = end == p ? NumberStatus::Ok : NumberStatus::Malformed;
+  if (error == std::errc::result_out_of_range && end == p) {
     // Which end of the range was missed? The order of magnitude is far from 1 either way.
-    int64_t significant = 0;
-    for (const char* p = first; p != last && (isDigit(*p) || *p == '.'); ++p) {
-      if (*p != '.' && (*p != '0' || significant > 0)) ++significant;
+    int64_t order = 0;
+    bool point = false, significant = false;
+    const char* q = digits;
+    for (; q != p && (isDigit(*q) || *q == '.'); ++q) {
+      significant |= *q != '.' && *q != '0';
+      if (*q == '.') {
+        point = true;
+      } else if (!point) {
+        order += significant;
+      } else if (!significant) {
+        --order;
+      }
     }
-    const bool large = significant + exponent > 0;
+    int64_t written = 0;
+    const bool minus = q != p && q + 1 != p && q[1] == '-';
+    for (; q != p; ++q) {
+      if (isDigit(*q) && written < int64_t{1} << 50) written = written * 10 + (*q - '0');
+    }
+    const bool large = order + (minus ? -written : written) > 0;
     result.value = large ? std::numeric_limits<float>::max() : 0.0f;
     if (large) result.status = NumberStatus::TooLarge;
-  } else if (error != std::errc() || end != last) {
+  } else if (error != std::errc()) {
     result.status = NumberStatus::Malformed;
   }
   if (negative) result.value = -result.value;
   return result;
 }
 
-Number scanOddity(const char* first, const char* last) {
-  Number result;
-  const char* p = first;
-  while (p != last && !isDelimiter(*p)) ++p;
-  result.end = p;
-  std::string_view word(first, static_cast<size_t>(p - first));
-  const bool sign = !word.empty() && (word.front() == '-' || word.front() == '+');
-  if (sign) word.remove_prefix(1);
-  for (std::string_view odd : {"nan", "inf", "infinity"}) {
-    if (word.size() != odd.size()) continue;
-    bool same = true;
-    for (size_t i = 0; i < odd.size(); ++i) {
-      same = same && std::tolower(static_cast<unsigned char>(word[i])) == odd[i];
-    }
-    if (same) {
-      result.status = NumberStatus::NotFinite;
-      return result;
-    }
-  }
-  if (sign || (!word.empty() && word.front() == '.')) result.status = NumberStatus::Malformed;
-  return result;
-}
-
-}  // namespace patina::number_detail
+}  // namespace patina

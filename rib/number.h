@@ -3,10 +3,8 @@
 #pragma once
 
 #include <bit>
-#include <charconv>
-#include <cmath>
 #include <cstdint>
-#include <limits>
+#include <cstring>
 
 namespace patina {
 
@@ -26,11 +24,16 @@ struct Number {
   const char* end = nullptr;  // behind the number, or behind the malformed word
 };
 
+// The number at first < last. Accepts "1", "-1.", "+.5", "1e+05"; the token must end at a delimiter.
+Number scanNumber(const char* first, const char* last);
+
 namespace number_detail {
 
 inline constexpr double kPowersOf10[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                          1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                          1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+inline constexpr uint64_t kIntegerPowersOf10[] = {1,      10,      100,      1000,     10000,
+                                                  100000, 1000000, 10000000, 100000000};
 
 inline bool isDigit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
 
@@ -40,79 +43,81 @@ inline bool isDelimiter(char c) {
   return u <= ' ' || u >= 0x80 || c == '[' || c == ']' || c == '"' || c == '#';
 }
 
-// The slow way, for long mantissas and large exponents. `first` is behind the sign; all digits read as one
-// integer are to be multiplied by 10^exponent.
-Number scanExactly(const char* first, const char* last, bool negative, int64_t exponent);
-// What is at `first` when it is not a number: nan and inf, or a sign or point without digits.
-Number scanOddity(const char* first, const char* last);
+// Appends the decimal digits at p to `mantissa` (modulo 2^64) and returns the position behind them. Eight at
+// a time, without a branch for each: how many digits a number has cannot be predicted.
+inline const char* scanDigits(const char* p, const char* last, uint64_t& mantissa) {
+  if constexpr (std::endian::native == std::endian::little) {
+    while (last - p >= 8) {
+      uint64_t bytes;
+      std::memcpy(&bytes, p, 8);
+      bytes ^= 0x3030303030303030;  // digits become 0 to 9
+      const uint64_t others = ((bytes + 0x7676767676767676) | bytes) & 0x8080808080808080;
+      const int n = others ? std::countr_zero(others) >> 3 : 8;
+      // Shift the n digits to the end, zeros before them, and add them up in pairs, fours and eights.
+      uint64_t v = n == 8 ? bytes : (bytes << (8 * (7 - n))) << 8;
+      v = v * 10 + (v >> 8);
+      v = ((v & 0x000000ff000000ff) * 0x000f424000000064 +
+           (v >> 16 & 0x000000ff000000ff) * 0x0000271000000001) >>
+          32;
+      mantissa = mantissa * kIntegerPowersOf10[n] + v;
+      p += n;
+      if (n < 8) return p;
+    }
+  }
+  while (p != last && isDigit(*p)) mantissa = mantissa * 10 + static_cast<uint64_t>(*p++ - '0');
+  return p;
+}
 
 }  // namespace number_detail
 
-// The number at first < last. Accepts "1", "-1.", "+.5", "1e+05"; the token must end at a delimiter.
-inline Number scanNumber(const char* const first, const char* const last) {
+// The fast way for nearly all numbers: null when it does not apply, else the position behind the number. Then
+// float(value) is the float nearest to the text, and value is exact if `integral`.
+inline const char* scanSimpleNumber(const char* p, const char* last, double& value, bool& integral) {
   using namespace number_detail;
-  Number result;
-  const char* p = first;
   const bool negative = *p == '-';
-  if (negative || *p == '+') ++p;
+  p += negative || *p == '+';
 
-  // Digits and point. At most 19 digits go into the mantissa; more, and the slow way reads them all.
+  // Digits and point.
   const char* const digits = p;
   uint64_t mantissa = 0;
-  while (p != last && isDigit(*p)) mantissa = mantissa * 10 + static_cast<uint64_t>(*p++ - '0');
+  p = scanDigits(p, last, mantissa);
   int64_t count = p - digits;
   int64_t exponent = 0;
-  result.integral = true;
+  integral = true;
   if (p != last && *p == '.') {
     const char* const fraction = ++p;
-    while (p != last && isDigit(*p)) mantissa = mantissa * 10 + static_cast<uint64_t>(*p++ - '0');
+    p = scanDigits(p, last, mantissa);
     exponent = fraction - p;
     count -= exponent;
-    result.integral = false;
+    integral = false;
   }
-  if (count == 0) return scanOddity(first, last);
+  if (count == 0 || count > 19) return nullptr;
 
-  if (p != last && (*p == 'e' || *p == 'E')) {
+  if (p != last && !isDelimiter(*p)) [[unlikely]] {
+    if ((*p | 0x20) != 'e') return nullptr;
     const char* q = p + 1;
     const bool minus = q != last && *q == '-';
-    if (minus || (q != last && *q == '+')) ++q;
-    int64_t written = 0;
+    q += minus || (q != last && *q == '+');
+    uint64_t written = 0;
     const char* const start = q;
-    while (q != last && isDigit(*q)) {
-      if (written < 100000000) written = written * 10 + (*q - '0');
-      ++q;
-    }
-    if (q != start) {
-      exponent += minus ? -written : written;
-      p = q;
-      result.integral = false;
-    }
-  }
-  if (p != last && !isDelimiter(*p)) {
-    while (p != last && !isDelimiter(*p)) ++p;
-    result.status = NumberStatus::Malformed;
-    result.end = p;
-    return result;
+    q = scanDigits(q, last, written);
+    if (q == start || q - start > 8 || (q != last && !isDelimiter(*q))) return nullptr;
+    exponent += minus ? -static_cast<int64_t>(written) : static_cast<int64_t>(written);
+    p = q;
+    integral = false;
   }
 
   // Clinger's fast path: mantissa and power of ten are exact doubles, so the double is correctly rounded, and
   // so is the float made of it unless the double lies just between two floats.
-  if (count <= 19 && mantissa < (uint64_t{1} << 53) && exponent >= -22 && exponent <= 22) {
-    double d = static_cast<double>(mantissa);
-    d = exponent < 0 ? d / kPowersOf10[-exponent] : d * kPowersOf10[exponent];
-    constexpr uint64_t kBelowFloat = (uint64_t{1} << 29) - 1, kMiddle = uint64_t{1} << 28;
-    const bool middle = (std::bit_cast<uint64_t>(d) & kBelowFloat) == kMiddle && exponent != 0;
-    if (!middle && ((d >= std::numeric_limits<float>::min() && d < 3e38) || d == 0)) {
-      result.exact = negative ? -d : d;
-      result.value = static_cast<float>(result.exact);
-      result.status = NumberStatus::Ok;
-      result.end = p;
-      return result;
-    }
-  }
-  result = scanExactly(digits, p, negative, exponent);
-  result.end = p;
-  return result;
+  if (mantissa >= (uint64_t{1} << 53) || exponent < -22 || exponent > 22) return nullptr;
+  const double magnitude = exponent < 0 ? static_cast<double>(mantissa) / kPowersOf10[-exponent]
+                                        : static_cast<double>(mantissa) * kPowersOf10[exponent];
+  constexpr uint64_t kBelowFloat = (uint64_t{1} << 29) - 1, kMiddle = uint64_t{1} << 28;
+  const bool middle = (std::bit_cast<uint64_t>(magnitude) & kBelowFloat) == kMiddle && exponent != 0;
+  constexpr double kLeast = 0x1p-126, kMost = 3e38;  // normal floats
+  if (middle || magnitude > kMost || (magnitude < kLeast && mantissa != 0)) return nullptr;
+  value = negative ? -magnitude : magnitude;
+  return p;
 }
 
 }  // namespace patina

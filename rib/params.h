@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "rib/error.h"
@@ -125,8 +126,10 @@ class Dictionary {
  public:
   Dictionary();  // holds the predeclared names
 
-  // Declare "name" "text". False: `text` is no declaration (nothing changes).
+  // Declare "name" "text". False: `text` is no declaration, as in "varying double"; the name is refused from
+  // now on.
   bool declare(std::string_view name, std::string_view text);
+  bool refused(std::string_view name) const { return refused_.contains(name); }
   // The declaration of a token: inline ("float x") or by name; its `name` is a view into `token`. nullopt:
   // unknown.
   std::optional<Declaration> find(std::string_view token) const;
@@ -139,6 +142,7 @@ class Dictionary {
     size_t operator()(std::string_view s) const { return std::hash<std::string_view>{}(s); }
   };
   std::unordered_map<std::string, Declaration, Hash, std::equal_to<>> names_;
+  std::unordered_set<std::string, Hash, std::equal_to<>> refused_;
   struct Inline {
     Declaration declaration;  // without the name, which is the token's last `nameLength` bytes
     size_t nameLength;

@@ -98,6 +98,23 @@ void errorHandler(Arguments& a) {
   a.handler().errorHandler(style, a.at());
 }
 
+// Without these, the blocks that they open would be left unbalanced: what is missing is reported and made up.
+void frameBegin(Arguments& a) {
+  const bool given = a.nextIsNumber();
+  if (!given) a.warn(RiError::BadArgument, a.at(), "no frame number; 0 is used");
+  const int number = given ? a.integer() : 0;
+  if (a.finish()) a.handler().frameBegin(number, a.at());
+}
+
+template <auto Method>
+void object(Arguments& a) {
+  const bool given = a.more();
+  if (!given) a.warn(RiError::BadHandle, a.at(), "no handle; the empty name is used");
+  const Handle handle = given ? a.handle() : Handle();
+  const ParamList& params = a.params();
+  if (a.finish()) (a.handler().*Method)(handle, params, a.at());
+}
+
 // A missing pixel aspect is, as a negative one, the default.
 void format(Arguments& a) {
   const int x = a.integer(), y = a.integer();
@@ -268,7 +285,7 @@ constexpr RibRequest kRequests[] = {
     {"Exterior", "name ...", PATINA_PLAIN(exterior)},
     {"Format", "xresolution yresolution pixelaspect", format},
     {"FrameAspectRatio", "ratio", PATINA_PLAIN(frameAspectRatio)},
-    {"FrameBegin", "number", PATINA_PLAIN(frameBegin)},
+    {"FrameBegin", "number", frameBegin},
     {"FrameEnd", "", PATINA_PLAIN(frameEnd)},
     {"GeneralPolygon", "nvertices ...", PATINA_PLAIN(generalPolygon)},
     {"GeometricApproximation", "type value", PATINA_PLAIN(geometricApproximation)},
@@ -299,9 +316,9 @@ constexpr RibRequest kRequests[] = {
     {"MotionBegin", "times", PATINA_PLAIN(motionBegin)},
     {"MotionEnd", "", PATINA_PLAIN(motionEnd)},
     {"NuPatch", "nu uorder uknot umin umax nv vorder vknot vmin vmax ...", PATINA_PLAIN(nuPatch)},
-    {"ObjectBegin", "handle ...", PATINA_PLAIN(objectBegin)},
+    {"ObjectBegin", "handle ...", object<&RibHandler::objectBegin>},
     {"ObjectEnd", "", PATINA_PLAIN(objectEnd)},
-    {"ObjectInstance", "handle ...", PATINA_PLAIN(objectInstance)},
+    {"ObjectInstance", "handle ...", object<&RibHandler::objectInstance>},
     {"Opacity", "color", PATINA_PLAIN(opacity)},
     {"Option", "name ...", PATINA_PLAIN(option)},
     {"Orientation", "orientation", PATINA_PLAIN(orientation)},

@@ -129,8 +129,8 @@ void ParseSession::beginRequest() {
 }
 
 bool ParseSession::endRequest() {
-  inRequest_ = false;
   carryOut();
+  inRequest_ = false;
   deliverComments();
   stopped_ = errors().aborted();
   return !stopped_;
@@ -157,6 +157,7 @@ void ParseSession::carryOut() {
 
 void ParseSession::reportUnknown() {
   reported_ = false;
+  inRequest_ = false;
   if (name_.empty()) return error(RiError::BadRipCode, nameBegin_, "request code is not defined");
   const std::string_view near = firstTime(name_) ? nearestRibRequest(name_) : std::string_view();
   const std::string hint = near.empty() ? std::string() : fmt::format(" (did you mean {}?)", near);

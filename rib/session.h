@@ -96,6 +96,7 @@ class ParseSession {
   const char* definition(const char* p, const char* end);
   const char* quotedString(const char* p, const char* end, std::string_view& text);
   const char* binaryString(const char* p, const char* end, std::string_view& text);
+  const char* oddNumber(const char* p, const char* end, bool& bad);
   const char* binaryNumber(const char* p, const char* end, double& value);
   void record();
   void carryOut();

@@ -113,8 +113,21 @@ const char* ParseSession::numbers(const char* p, const char* end) {
   bool bad = false;
   while (p != end) {
     const unsigned c = byte(p);
-    if (c >= 0200) {
-      double value = 0;
+    double value = 0;
+    if (c - '+' <= '9' - '+') {
+      bool integral;
+      if (const char* const next = scanSimpleNumber(p, end, value, integral)) [[likely]] {
+        const auto rounded = static_cast<float>(value);
+        if (integral && static_cast<double>(rounded) != value)
+          pool_.wide.push_back({pool_.floats.size(), value});
+        pool_.floats.push(rounded);
+        p = next;
+      } else {
+        const char* const odd = oddNumber(p, end, bad);
+        if (!odd) break;
+        p = odd;
+      }
+    } else if (c >= 0200) {
       const char* const next = binaryNumber(p, end, value);
       if (!next) break;
       const auto rounded = static_cast<float>(value);
@@ -126,40 +139,41 @@ const char* ParseSession::numbers(const char* p, const char* end) {
         pool_.floats.push(rounded);
       }
       p = next;
+    } else if ((c | 0x20) == 'n' || (c | 0x20) == 'i') {
+      const char* const next = oddNumber(p, end, bad);
+      if (!next) break;
+      p = next;
     } else {
-      if (!isDigit(*p) && c != '-' && c != '.' && c != '+' && (c | 0x20) != 'n' && (c | 0x20) != 'i') break;
-      const Number number = scanNumber(p, end);
-      if (number.status != NumberStatus::Ok) [[unlikely]] {
-        if (number.status == NumberStatus::NotANumber) break;
-        const std::string_view text(p, static_cast<size_t>(std::min<ptrdiff_t>(number.end - p, 40)));
-        if (number.status == NumberStatus::TooLarge) {
-          if (!quiet()) {
-            errors().report(
-                Severity::Warning, RiError::Range, locate(p),
-                fmt::format("{}: {} is too large for a float; {} is used", name_, text, number.value),
-                "number too large");
-          }
-          pool_.floats.push(number.value);
-        } else if (number.status == NumberStatus::Malformed) {
-          error(RiError::SyntaxError, p, fmt::format("\"{}\" is not a number", text), "malformed number");
-          bad = true;
-        } else {
-          error(RiError::Range, p, fmt::format("\"{}\" is not a finite number", text), "number not finite");
-          bad = true;
-        }
-      } else {
-        if (number.integral && static_cast<double>(number.value) != number.exact) [[unlikely]] {
-          pool_.wide.push_back({pool_.floats.size(), number.exact});
-        }
-        pool_.floats.push(number.value);
-      }
-      p = number.end;
+      break;
     }
     while (p != end && byte(p) <= ' ') ++p;
   }
   if (p == begin) return nullptr;
   addNumbers(first, begin, p, bad);
   return p;
+}
+
+// A number that is long, extreme, or wrong; null if there is none. What is wrong is reported and makes `bad`
+// true.
+const char* ParseSession::oddNumber(const char* p, const char* end, bool& bad) {
+  const Number number = scanNumber(p, end);
+  if (number.status == NumberStatus::NotANumber) return nullptr;
+  const std::string_view text(p, static_cast<size_t>(std::min<ptrdiff_t>(number.end - p, 40)));
+  if (number.status == NumberStatus::Malformed) {
+    error(RiError::SyntaxError, p, fmt::format("\"{}\" is not a number", text), "malformed number");
+    bad = true;
+  } else if (number.status == NumberStatus::NotFinite) {
+    error(RiError::Range, p, fmt::format("\"{}\" is not a finite number", text), "number not finite");
+    bad = true;
+  } else {
+    if (number.status == NumberStatus::TooLarge && !quiet()) {
+      errors().report(Severity::Warning, RiError::Range, locate(p),
+                      fmt::format("{}: {} is too large for a float; {} is used", name_, text, number.value),
+                      "number too large");
+    }
+    pool_.floats.push(number.value);
+  }
+  return number.end;
 }
 
 // 0200+4d+w: integer of w+1 bytes, sign-extended, d of them behind the point. 0244: float32, 0245: float64.
