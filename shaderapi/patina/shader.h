@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+/* clang-format off */
 /* Patina's shader ABI, version 1: plain C, everything that a plugin and the renderer say to each other.
  *
  * A plugin is a shared object that exports one data symbol, `patina_shaders_v1`: a NULL-terminated array of pointers to
@@ -22,7 +23,6 @@
  */
 #ifndef PATINA_SHADER_H
 #define PATINA_SHADER_H
-/* clang-format off: C, and tables */
 
 #include <stddef.h>
 #include <stdint.h>
