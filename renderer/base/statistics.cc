@@ -21,7 +21,7 @@ using Slots = std::array<std::atomic<int64_t>, kMaxCounters>;
 
 struct Registry {
   std::mutex mutex;
-  std::vector<const char*> names;
+  std::vector<std::string> names;
   std::vector<Slots*> threads;
   Slots ended{};
   std::map<std::string, double> values;
@@ -62,14 +62,14 @@ double processCpuSeconds() {
 
 }  // namespace
 
-StatCounter::StatCounter(const char* name) {
+StatCounter::StatCounter(std::string_view name) {
   Registry& registry = Registry::get();
   std::lock_guard lock(registry.mutex);
   // Two files may count under one name: they share the slot.
   const auto found = std::find_if(registry.names.begin(), registry.names.end(),
-                                  [&](const char* other) { return std::string_view(other) == name; });
+                                  [&](const std::string& other) { return other == name; });
   index_ = static_cast<uint32_t>(found - registry.names.begin());
-  if (found == registry.names.end()) registry.names.push_back(name);
+  if (found == registry.names.end()) registry.names.emplace_back(name);
   if (registry.names.size() > kMaxCounters) std::abort();
 }
 
@@ -110,7 +110,8 @@ std::vector<StatEntry> statistics() {
   std::lock_guard lock(registry.mutex);
   std::vector<StatEntry> entries;
   for (size_t i = 0; i < registry.names.size(); ++i)
-    if (const int64_t n = registry.total(i)) entries.push_back({registry.names[i], static_cast<double>(n), true});
+    if (const int64_t n = registry.total(i))
+      entries.push_back({registry.names[i], static_cast<double>(n), true});
   for (const auto& [name, value] : registry.values) entries.push_back({name, value, false});
   for (const auto& [name, seconds] : registry.phases) {
     entries.push_back({"Time/" + name + "/wall s", seconds.first, false});
@@ -136,7 +137,8 @@ std::string statisticsTree() {
     const size_t indent = 2 * (parts.size() - 1);
     const std::string value = entry.isInteger ? fmt::format("{}", static_cast<int64_t>(entry.value))
                                               : fmt::format("{:.4g}", entry.value);
-    text += fmt::format("{:{}}{:<{}}{:>16}\n", "", indent, parts.back(), 52 - std::min<size_t>(indent, 40), value);
+    text += fmt::format("{:{}}{:<{}}{:>16}\n", "", indent, parts.back(), 52 - std::min<size_t>(indent, 40),
+                        value);
     path.assign(parts.begin(), parts.end() - 1);
   }
   return text;

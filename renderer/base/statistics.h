@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace patina {
@@ -19,7 +20,7 @@ namespace patina {
 /// One counter of the process. Registered by its constructor and never destroyed before the report.
 class StatCounter {
  public:
-  explicit StatCounter(const char* name);
+  explicit StatCounter(std::string_view name);
   void operator++() { *this += 1; }
   void operator+=(int64_t n) {
     std::atomic<int64_t>& slot = slots()[index_];  // own thread writes, the report reads
@@ -55,9 +56,10 @@ struct StatEntry {
   double value;
   bool isInteger;
 };
-std::vector<StatEntry> statistics();   ///< all counters that are not zero, values and phase times, sorted by name
-std::string statisticsTree();          ///< for people
-std::string statisticsJson();          ///< for programs: nested objects by the names' slashes
-void resetStatistics();                ///< before a frame; no other thread may count meanwhile
+std::vector<StatEntry>
+statistics();                  ///< all counters that are not zero, values and phase times, sorted by name
+std::string statisticsTree();  ///< for people
+std::string statisticsJson();  ///< for programs: nested objects by the names' slashes
+void resetStatistics();        ///< before a frame; no other thread may count meanwhile
 
 }  // namespace patina

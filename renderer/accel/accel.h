@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays against the geometry of a frame. The only room that knows Embree.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "renderer/geometry/geometry.h"
+
+namespace patina {
+
+/// A ray in world space. `direction` need not be unit length; `t` counts in its lengths.
+struct Ray {
+  V3f origin, direction;
+  float tNear = 0, tFar = kInfinity;
+  uint32_t mask = kCameraRay;  ///< RayMask bit of its kind
+};
+
+/// Where a ray met a surface first; placement == kNone: nowhere.
+struct Hit {
+  float t = kInfinity;
+  uint32_t placement = kNone;
+  uint32_t face = 0;
+  float u = 0, v = 0;  ///< of the face
+  bool valid() const { return placement != kNone; }
+};
+
+class Accel {
+ public:
+  /// Builds Embree's scenes on all threads. `geometry` must outlive the accelerator.
+  explicit Accel(const Geometry& geometry);
+  ~Accel();
+
+  Hit intersect(const Ray& ray) const;  ///< [any thread]
+  bool occluded(const Ray& ray) const;  ///< [any thread] anything between tNear and tFar
+  /// Rays in groups of sixteen; pays for coherent ones. hits.size() == rays.size(). [any thread]
+  void intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const;
+
+ private:
+  struct Scenes;
+  std::unique_ptr<Scenes> scenes_;
+};
+
+/// The origin of a ray that leaves a facet: moved off its plane, to the side of `direction`, by the bound on
+/// the error of both, and no further (PBR 4th ed. section 6.8.6).
+V3f leave(const Facet& facet, const V3f& direction);
+
+}  // namespace patina

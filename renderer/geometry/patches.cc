@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// The vertex lattices of a patch, and the look-up from a face's (u, v) to its patch.
+#include "renderer/geometry/patches.h"
+
+namespace patina {
+namespace {
+
+/// First vertex of row j in a triangular lattice of n cells: rows have n+1, n, ..., 1 vertices.
+constexpr uint32_t triangleRow(uint32_t n, uint32_t j) { return j * (n + 1) - j * (j - 1) / 2; }
+
+}  // namespace
+
+Level Patch::canonical(Level level) const {
+  while (level != Level::Coarse) {
+    const Level coarser = static_cast<Level>(static_cast<int>(level) - 1);
+    if (cellsAt(coarser, cellsU) != cellsAt(level, cellsU) ||
+        cellsAt(coarser, cellsV) != cellsAt(level, cellsV))
+      break;
+    level = coarser;
+  }
+  return level;
+}
+
+float Patch::spacingAt(Level level) const {
+  const int fine = std::max<int>({cellsU, cellsV, 1});
+  return spacing * static_cast<float>(fine) / static_cast<float>(std::max(cellsAt(level, fine), 1));
+}
+
+uint32_t Patch::vertexCount(Level level) const {
+  const auto nu = static_cast<uint32_t>(cellsAt(level, cellsU)),
+             nv = static_cast<uint32_t>(cellsAt(level, cellsV));
+  if (cellsU == 0) return 1;
+  return shape == FaceShape::Quad ? (nu + 1) * (nv + 1) : (nu + 1) * (nu + 2) / 2;
+}
+
+V2f Patch::vertexPosition(Level level, uint32_t vertex) const {
+  if (cellsU == 0) return shape == FaceShape::Quad ? V2f(0.5f, 0.5f) : V2f(1.0f / 3, 1.0f / 3);
+  const auto nu = static_cast<uint32_t>(cellsAt(level, cellsU)),
+             nv = static_cast<uint32_t>(cellsAt(level, cellsV));
+  if (shape == FaceShape::Quad)
+    return {static_cast<float>(vertex % (nu + 1)) / static_cast<float>(nu),
+            static_cast<float>(vertex / (nu + 1)) / static_cast<float>(nv)};
+  uint32_t row = 0;
+  while (triangleRow(nu, row + 1) <= vertex) ++row;
+  return {static_cast<float>(vertex - triangleRow(nu, row)) / static_cast<float>(nu),
+          static_cast<float>(row) / static_cast<float>(nu)};
+}
+
+VertexWeights Patch::locate(Level level, float u, float v) const {
+  if (cellsU == 0) return {{0, 0, 0, 0}, {1, 0, 0, 0}, 1};
+  const int nu = cellsAt(level, cellsU), nv = cellsAt(level, cellsV);
+  const float x = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(nu);
+  const float y = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(nv);
+  if (shape == FaceShape::Quad) {
+    const int i = std::min(static_cast<int>(x), nu - 1), j = std::min(static_cast<int>(y), nv - 1);
+    const float a = x - static_cast<float>(i), b = y - static_cast<float>(j);
+    const auto k = static_cast<uint32_t>(j * (nu + 1) + i), row = static_cast<uint32_t>(nu + 1);
+    return {{k, k + 1, k + row, k + row + 1}, {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}, 4};
+  }
+  const auto n = static_cast<uint32_t>(nu);
+  uint32_t j = std::min(static_cast<uint32_t>(y), n - 1);
+  uint32_t i = std::min(static_cast<uint32_t>(x), n - 1 - j);
+  const float a = std::clamp(x - static_cast<float>(i), 0.0f, 1.0f);
+  const float b = std::clamp(y - static_cast<float>(j), 0.0f, 1.0f);
+  const uint32_t below = triangleRow(n, j) + i, above = triangleRow(n, j + 1) + i;
+  if (a + b <= 1 || i + j == n - 1) {
+    const float rest = std::max(0.0f, 1 - a - b), sum = rest + a + b;
+    return {{below, below + 1, above, 0}, {rest / sum, a / sum, b / sum, 0}, 3};
+  }
+  return {{above + 1, above, below + 1, 0}, {a + b - 1, 1 - a, 1 - b, 0}, 3};
+}
+
+uint32_t PatchTable::find(uint32_t placement, uint32_t face, float u, float v) const {
+  const PlacementEntry& entry = placements_[placement];
+  if (!entry.tiled) return entry.first + face;
+  const Node* node = &nodes_[roots_[entry.first + face]];
+  // Walk down, keeping (u, v) relative to the tile at hand.
+  while (node->split != Node::Split::Leaf) {
+    uint32_t child = 0;
+    switch (node->split) {
+      case Node::Split::U:
+        child = u >= 0.5f;
+        u = 2 * u - static_cast<float>(child);
+        break;
+      case Node::Split::V:
+        child = v >= 0.5f;
+        v = 2 * v - static_cast<float>(child);
+        break;
+      default:
+        if (u >= 0.5f) {
+          child = 1;
+          u = 2 * u - 1, v = 2 * v;
+        } else if (v >= 0.5f) {
+          child = 2;
+          u = 2 * u, v = 2 * v - 1;
+        } else if (u + v <= 0.5f) {
+          u = 2 * u, v = 2 * v;
+        } else {
+          child = 3;
+          u = 1 - 2 * u, v = 1 - 2 * v;
+        }
+    }
+    node = &nodes_[node->first + child];
+  }
+  return node->first;
+}
+
+size_t PatchTable::memory() const {
+  return patches_.capacity() * sizeof(Patch) + nodes_.capacity() * sizeof(Node) +
+         roots_.capacity() * sizeof(uint32_t) + placements_.capacity() * sizeof(PlacementEntry);
+}
+
+}  // namespace patina

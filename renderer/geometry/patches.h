@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Patches: the tiles of at most 16x16 micropolygons that primitives are cut into for shading and for the
+// caches.
+#pragma once
+
+#include <vector>
+
+#include "renderer/geometry/raster_camera.h"
+#include "renderer/geometry/surface.h"
+
+namespace patina {
+
+/// Resolutions of a patch. A level's vertices are a subset of the next finer level's.
+enum class Level : uint8_t { Coarse = 0, Medium = 1, Fine = 2 };
+inline constexpr int kLevels = 3;
+inline constexpr int kMaxCells = 16;  ///< micropolygons along an edge of a patch
+inline constexpr int kMaxVertices = 289;
+
+/// Up to four vertices around a point, with weights that sum to one.
+struct VertexWeights {
+  uint32_t index[4];
+  float weight[4];
+  int count;
+};
+
+/// A tile of a face: the part u0 + [0,1] du, v0 + [0,1] dv of its domain. In a triangle du = dv, negative for
+/// the tiles that point the other way; the local domain is a triangle again.
+struct Patch {
+  uint32_t placement;  ///< index of the placed primitive
+  uint32_t face;
+  float u0, v0, du, dv;
+  float spacing;  ///< world distance of neighbouring vertices at the fine level (the larger direction)
+  uint8_t cellsU, cellsV;  ///< powers of two up to 16; 0 = one value at the centre stands for the whole patch
+  FaceShape shape;
+
+  int cellsAt(Level level, int cells) const {
+    return level == Level::Fine ? cells : std::min(cells, level == Level::Medium ? 4 : 1);
+  }
+  /// The coarsest level with the same vertices: patches of few micropolygons have less than three
+  /// resolutions.
+  Level canonical(Level level) const;
+  float spacingAt(Level level) const;
+  uint32_t vertexCount(Level level) const;
+  /// Local (u, v) in the patch of a vertex: exact multiples of 1/16.
+  V2f vertexPosition(Level level, uint32_t vertex) const;
+  /// The vertices around local (u, v) and their bilinear (triangle: linear) weights.
+  VertexWeights locate(Level level, float u, float v) const;
+
+  V2f toFace(const V2f& local) const { return {u0 + local.x * du, v0 + local.y * dv}; }
+  V2f toLocal(float u, float v) const { return {(u - u0) / du, (v - v0) / dv}; }
+};
+
+/// What dicing needs to know of a placed primitive.
+struct DiceInput {
+  const Surface* surface;
+  M44f objectToWorld;
+  float shadingRate;  ///< micropolygon area in pixels
+};
+
+/// All patches of a scene, made once before rendering; read-only afterwards.
+class PatchTable {
+ public:
+  /// Cuts every face of every input into patches whose micropolygons cover about shadingRate pixels where
+  /// they are seen, and are coarser outside of the view. Never makes more than `limit` patches: beyond,
+  /// patches stay too large, and `limited()` says so.
+  PatchTable(const RasterCamera& camera, std::span<const DiceInput> inputs, size_t limit = size_t{1} << 24);
+
+  size_t size() const { return patches_.size(); }
+  const Patch& operator[](size_t index) const { return patches_[index]; }
+  /// The patch of a placed primitive's face that holds (u, v).
+  uint32_t find(uint32_t placement, uint32_t face, float u, float v) const;
+  bool limited() const { return limited_; }
+  size_t memory() const;
+
+ private:
+  struct Node {
+    uint32_t first;  ///< of two (triangle: four) children, or the patch when `split` is Leaf
+    enum class Split : uint8_t { Leaf, U, V, Triangle } split;
+  };
+  struct PlacementEntry {
+    uint32_t first;  ///< patch of face 0 when every face is one patch, else root node of face 0
+    bool tiled;      ///< faces are trees: the root of face f is roots_[first + f]
+  };
+  struct Tile {
+    float u0, v0, du, dv;
+    float cellsU, cellsV, spacing;  ///< wanted
+  };
+  Tile measure(const RasterCamera& camera, const DiceInput& input, uint32_t face, float u0, float v0,
+               float du, float dv) const;
+  void split(const RasterCamera& camera, const DiceInput& input, uint32_t placement, uint32_t face,
+             const Tile& tile, uint32_t node, int depth);
+  void addPatch(const DiceInput& input, uint32_t placement, uint32_t face, const Tile& tile);
+
+  std::vector<Patch> patches_;
+  std::vector<PlacementEntry> placements_;
+  std::vector<uint32_t> roots_;
+  std::vector<Node> nodes_;
+  size_t limit_;
+  bool limited_ = false;
+};
+
+/// Cells along the edges of every face for tracing a surface that is not flat: fine enough that the facets
+/// stay within about a twentieth of a pixel of the surface where it is seen. A power of two.
+uint32_t traceCells(const RasterCamera& camera, const DiceInput& input);
+
+}  // namespace patina

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// RI's camera (RI 3.2 section 4.1): screen window, field of view, depth of field.
+#include "renderer/geometry/raster_camera.h"
+
+#include "renderer/base/sampling.h"
+
+namespace patina {
+
+RasterCamera::RasterCamera(const Camera& camera, const Options& options)
+    : camera_(camera),
+      xResolution_(options.xResolution),
+      yResolution_(options.yResolution),
+      worldToCamera_(camera.worldToCamera) {
+  const double determinant = camera.worldToCamera.determinant();
+  singular_ = !(std::abs(determinant) > 0) || !std::isfinite(determinant);
+  cameraToWorld_ = singular_ ? M44d() : camera.worldToCamera.inverse();
+  cameraScale_ = singular_ ? 1.0f : static_cast<float>(std::cbrt(std::abs(determinant)));
+  eye_ = V3f(V3d(0, 0, 0) * cameraToWorld_);
+  tanHalf_ = camera.perspective ? std::tan(camera.fov * kPi / 360) : 1;
+  left_ = camera.screenWindow[0];
+  bottom_ = camera.screenWindow[2];
+  width_ = camera.screenWindow[1] - camera.screenWindow[0];
+  height_ = camera.screenWindow[3] - camera.screenWindow[2];
+  const float perUnitX = static_cast<float>(xResolution_) / (std::abs(width_) * tanHalf_);
+  const float perUnitY = static_cast<float>(yResolution_) / (std::abs(height_) * tanHalf_);
+  focalPixels_ = std::sqrt(perUnitX * perUnitY);
+  if (std::isfinite(camera.fStop) && camera.fStop > 0) lensRadius_ = camera.focalLength / camera.fStop / 2;
+}
+
+RasterCamera::Ray RasterCamera::ray(float x, float y, const V2f& lens) const {
+  const double sx = (static_cast<double>(left_) + static_cast<double>(width_) * x / xResolution_) * tanHalf_;
+  const double sy = (static_cast<double>(bottom_) +
+                     static_cast<double>(height_) * (1 - static_cast<double>(y) / yResolution_)) *
+                    tanHalf_;
+  V3d origin(0, 0, 0), direction(sx, sy, 1);
+  if (!camera_.perspective) {
+    origin = V3d(sx, sy, 0);
+    direction = V3d(0, 0, 1);
+  }
+  // Depth of field: rays through a point of the plane of focus from a point of the lens (PBR section 5.2.3).
+  if (lensRadius_ > 0) {
+    const V2f d = sampleDisk(lens);
+    const V3d focus = origin + direction * static_cast<double>(camera_.focalDistance);
+    origin += V3d(d.x, d.y, 0) * static_cast<double>(lensRadius_);
+    direction = focus - origin;
+    direction /= direction.z;
+  }
+  // From here `direction` gains one unit of camera z per unit of its length parameter.
+  Ray ray;
+  const V3d worldOrigin = origin * cameraToWorld_;
+  V3d worldDirection;
+  cameraToWorld_.multDirMatrix(direction, worldDirection);
+  const double length = worldDirection.length();
+  ray.origin = V3f(worldOrigin);
+  ray.direction = V3f(worldDirection / length);
+  const double nearZ = camera_.nearPlane, farZ = std::min(static_cast<double>(camera_.farPlane), 1e30);
+  ray.tNear = static_cast<float>(nearZ * length);
+  ray.tFar = static_cast<float>(std::min(farZ * length, 1e30));
+  ray.depthPerT = static_cast<float>(1 / length);
+  ray.originDepth = static_cast<float>(origin.z);
+  const float pixel = 1 / (focalPixels_ * cameraScale_);
+  ray.footprintAtOrigin = camera_.perspective ? 0 : pixel;
+  ray.footprintSpread = camera_.perspective ? 1 / focalPixels_ : 0;
+  return ray;
+}
+
+float RasterCamera::pixelsPerUnit(float distance) const {
+  return camera_.perspective ? focalPixels_ / distance : focalPixels_ * cameraScale_;
+}
+
+V2f RasterCamera::toRaster(const V3f& camera) const {
+  const float scale = camera_.perspective ? 1 / (camera.z * tanHalf_) : 1;
+  return {static_cast<float>(xResolution_) * (camera.x * scale - left_) / width_,
+          static_cast<float>(yResolution_) * (1 - (camera.y * scale - bottom_) / height_)};
+}
+
+float RasterCamera::nearestDistance(const V3f& center, float radius) const {
+  return std::max(0.0f, (center - eye_).length() - radius);
+}
+
+bool RasterCamera::mayBeVisible(const V3f& center, float radius, float margin) const {
+  const V3f c = toCamera(center);
+  const float r = radius * cameraScale_ * 1.0001f;
+  if (c.z + r < camera_.nearPlane || c.z - r > camera_.farPlane) return false;
+  const float mx = margin * std::abs(width_) / static_cast<float>(xResolution_);
+  const float my = margin * std::abs(height_) / static_cast<float>(yResolution_);
+  const float x0 = std::min(left_, left_ + width_) - mx, x1 = std::max(left_, left_ + width_) + mx;
+  const float y0 = std::min(bottom_, bottom_ + height_) - my, y1 = std::max(bottom_, bottom_ + height_) + my;
+  if (!camera_.perspective) return c.x + r >= x0 && c.x - r <= x1 && c.y + r >= y0 && c.y - r <= y1;
+  // Distances to the four side planes, which pass through the eye.
+  const auto outside = [&](float position, float slope, float sign) {
+    return sign * (position - slope * tanHalf_ * c.z) >
+           r * std::sqrt(1 + slope * slope * tanHalf_ * tanHalf_);
+  };
+  return !(outside(c.x, x0, -1) || outside(c.x, x1, 1) || outside(c.y, y0, -1) || outside(c.y, y1, 1));
+}
+
+}  // namespace patina

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The camera as geometry sees it: how many pixels a length covers, and where points fall on the raster.
+#pragma once
+
+#include "renderer/scene/scene.h"
+
+namespace patina {
+
+/// Maps world space to raster space: x right, y down, one unit per pixel, pixel (i, j) covering [i, i+1) x
+/// [j, j+1).
+class RasterCamera {
+ public:
+  RasterCamera(const Camera& camera, const Options& options);
+
+  int xResolution() const { return xResolution_; }
+  int yResolution() const { return yResolution_; }
+  const V3f& eye() const { return eye_; }
+  const M44d& worldToCamera() const { return camera_.worldToCamera; }
+  bool singular() const { return singular_; }  ///< worldToCamera has no inverse: nothing can be rendered
+
+  /// A camera ray in world space: unit direction; `t` runs from tNear to tFar. `lens` is in [0,1)^2 and is
+  /// used with depth of field only.
+  struct Ray {
+    V3f origin, direction;
+    float tNear, tFar;
+    float footprintAtOrigin;  ///< width of a pixel at t = 0, world units
+    float footprintSpread;    ///< growth of that width per unit of t
+    float depthPerT;          ///< camera-space z gained per unit of t
+    float originDepth;        ///< camera-space z of the origin
+  };
+  Ray ray(float x, float y, const V2f& lens) const;
+
+  /// Pixels per world unit for a length across the view at camera distance `distance` (perspective) from the
+  /// eye.
+  float pixelsPerUnit(float distance) const;
+
+  V3f toCamera(const V3f& world) const { return transformPoint(world, worldToCamera_); }
+  /// Raster position of a point in camera space; its z must be positive for perspective.
+  V2f toRaster(const V3f& camera) const;
+
+  /// Whether a sphere in world space may be inside the view volume widened by `margin` pixels.
+  bool mayBeVisible(const V3f& center, float radius, float margin) const;
+  /// Distance from the eye (perspective) to the nearest point of a sphere; 0 when the eye is inside.
+  float nearestDistance(const V3f& center, float radius) const;
+  bool perspective() const { return camera_.perspective; }
+  float nearPlane() const { return camera_.nearPlane; }
+
+ private:
+  Camera camera_;
+  int xResolution_, yResolution_;
+  M44f worldToCamera_;
+  M44d cameraToWorld_;
+  V3f eye_;
+  float tanHalf_;         // half the unit screen window at z = 1 (1 for orthographic)
+  float left_, bottom_;   // screen window
+  float width_, height_;  // of the screen window
+  float focalPixels_;     // pixels per unit at z = 1 (orthographic: per unit)
+  float lensRadius_ = 0;
+  float cameraScale_ = 1;  // world units to camera units, geometric mean
+  bool singular_ = false;
+};
+
+}  // namespace patina

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every mode is: a way to fill the tiles of a film from a world.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "renderer/base/sampling.h"
+#include "renderer/integrators/world.h"
+
+namespace patina {
+
+/// Channels of the film, in this order.
+enum FilmChannelIndex { kRed, kGreen, kBlue, kAlpha, kDepth, kChannels };
+
+/// Renders tiles. Immutable but for caches whose content never changes a value, so that the picture does not
+/// depend on the order of tiles or on threads.
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  /// Gives the tile a fixed number of samples for each of its samplePixels(). [any thread]
+  virtual void render(FilmTile& tile) const = 0;
+  /// Counts what can be counted only at the end. [main]
+  virtual void finish() const {}
+};
+
+std::unique_ptr<Integrator> makePathIntegrator(const World& world);
+/// `cached`: mode radiosity; else mode distribution. `indirect` false: mode direct.
+std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cached, bool indirect);
+
+/// The camera ray of a sample of a pixel: the same in every mode.
+struct CameraSample {
+  float x, y;  ///< raster
+  Ray ray;
+  RasterCamera::Ray camera;
+};
+CameraSample cameraSample(const World& world, int pixelX, int pixelY, uint32_t sample);
+
+/// Seed of a pixel's random numbers for one purpose.
+inline uint64_t pixelSeed(int x, int y, uint32_t purpose) {
+  return hashOf(static_cast<uint32_t>(x), static_cast<uint32_t>(y), purpose);
+}
+
+}  // namespace patina

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mode path: unidirectional path tracing with next-event estimation, multiple importance sampling and Russian
+// roulette (PBR 4th ed. chapter 13), in waves: all paths of a wave take one step at a time, so that shaders,
+// lights and primary rays run in batches.
+#include "renderer/base/statistics.h"
+#include "renderer/integrators/integrator.h"
+
+namespace patina {
+namespace {
+
+STAT_COUNTER("Path/paths", pathCount);
+STAT_COUNTER("Path/vertices", vertexCount);
+STAT_COUNTER("Path/ended at maxdepth", depthEnds);
+STAT_COUNTER("Path/ended by Russian roulette", rouletteEnds);
+
+constexpr size_t kWave = 4096;       // paths in work at a time
+constexpr int kRouletteDepth = 5;    // bounces that are always taken
+constexpr int kMostVertices = 4096;  // even through transparent layers
+
+// Purposes of random numbers; every vertex has its own block.
+enum Dimension : uint32_t {
+  kPixel,
+  kLens,
+  kVertex = 8,
+  kLightChoice = 0,
+  kLightPoint,
+  kLobe,
+  kDirection,
+  kRoulette,
+  kLayer,
+  kPerVertex = 8
+};
+
+struct Path {
+  uint32_t slot;  // result
+  uint32_t sample;
+  int x, y;
+  Ray ray;
+  Rgb throughput{1, 1, 1};
+  V3f from;                    // where the ray left
+  float pdf = 0;               // of the ray's direction; 0 = camera or delta lobe: lights count in full
+  uint32_t receiver = kNone;   // placement that the ray left
+  bool sampledLights = false;  // next-event estimation was done there
+  float distance = 0;          // travelled in all, for footprints
+  float spread = 0;            // growth of the footprint per length
+  float footprint = 0;         // at the ray's origin
+  int diffuseDepth = 0, specularDepth = 0;
+  int maxDiffuse = 1 << 20, maxSpecular = 1 << 20;
+  bool lightsOnly = false;  // beyond the last bounce: only lights are still counted
+  uint32_t vertex = 0;
+  bool transparentSoFar = true;
+
+  uint64_t seed(uint32_t dimension) const {
+    return pixelSeed(x, y, kVertex + vertex * kPerVertex + dimension);
+  }
+};
+
+struct Result {
+  Rgb radiance{0, 0, 0};
+  float alpha = 0;
+  float depth = kFarDepth;
+};
+
+class PathIntegrator final : public Integrator {
+ public:
+  explicit PathIntegrator(const World& world) : world_(world) {}
+  void render(FilmTile& tile) const override;
+
+ private:
+  struct Wave {
+    std::vector<Path> paths, next;
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    std::vector<Result> results;
+    std::vector<ShadingPoint> points;
+    std::vector<uint32_t> pathOf;  // of a point
+    ShadedPoints shaded;
+    std::vector<Rgb> direct;
+    std::vector<uint32_t> lightOf;
+    std::vector<float> lightChance;
+    std::vector<LightSample> lightSamples;
+  };
+  void step(Wave& wave) const;
+  void missed(Wave& wave, std::span<const uint32_t> which) const;
+  void sampleLights(Wave& wave) const;
+  bool scatter(Wave& wave, size_t point, Path& path) const;
+
+  const World& world_;
+};
+
+void PathIntegrator::render(FilmTile& tile) const {
+  const PixelRect& pixels = tile.samplePixels();
+  const auto spp = static_cast<uint32_t>(world_.samplesPerPixel());
+  const size_t pixelCount = static_cast<size_t>(pixels.width()) * static_cast<size_t>(pixels.height());
+  thread_local Wave wave;
+  const auto perWave =
+      static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, spp));
+  for (uint32_t first = 0; first < spp; first += perWave) {
+    const uint32_t end = std::min(spp, first + perWave);
+    wave.paths.clear();
+    wave.results.assign(pixelCount * (end - first), Result{});
+    std::vector<V2f> positions;
+    for (int y = pixels.y0; y < pixels.y1; ++y)
+      for (int x = pixels.x0; x < pixels.x1; ++x)
+        for (uint32_t s = first; s < end; ++s) {
+          const CameraSample camera = cameraSample(world_, x, y, s);
+          Path path;
+          path.slot = static_cast<uint32_t>(wave.paths.size());
+          path.sample = s, path.x = x, path.y = y;
+          path.ray = camera.ray;
+          path.spread = camera.camera.footprintSpread, path.footprint = camera.camera.footprintAtOrigin;
+          wave.results[path.slot].depth = camera.camera.depthPerT;  // until the first hit
+          wave.paths.push_back(path);
+          positions.emplace_back(camera.x, camera.y);
+        }
+    pathCount += static_cast<int64_t>(wave.paths.size());
+    while (!wave.paths.empty()) step(wave);
+    for (size_t k = 0; k < positions.size(); ++k) {
+      const Result& r = wave.results[k];
+      const float values[kChannels] = {r.radiance.x, r.radiance.y, r.radiance.z, r.alpha,
+                                       r.alpha > 0 ? r.depth : kFarDepth};
+      if (!tile.addSample(positions[k].x, positions[k].y, values)) {
+        const float black[kChannels] = {0, 0, 0, 0, kFarDepth};
+        tile.addSample(positions[k].x, positions[k].y, black);
+      }
+    }
+  }
+}
+
+void PathIntegrator::step(Wave& wave) const {
+  const size_t n = wave.paths.size();
+  wave.rays.resize(n), wave.hits.resize(n);
+  const bool primary = wave.paths[0].vertex == 0;
+  if (primary) {
+    for (size_t k = 0; k < n; ++k) wave.rays[k] = wave.paths[k].ray;
+    world_.accel().intersectMany(wave.rays, wave.hits);
+  } else {
+    for (size_t k = 0; k < n; ++k) wave.hits[k] = world_.accel().intersect(wave.paths[k].ray);
+  }
+  vertexCount += static_cast<int64_t>(n);
+
+  // Rays that left the scene.
+  thread_local std::vector<uint32_t> away;
+  away.clear();
+  wave.points.clear(), wave.pathOf.clear();
+  for (uint32_t k = 0; k < n; ++k) {
+    Path& path = wave.paths[k];
+    const Hit& hit = wave.hits[k];
+    if (!hit.valid()) {
+      away.push_back(k);
+      continue;
+    }
+    path.distance += hit.t;
+    path.footprint += path.spread * hit.t;
+    ShadingPoint point = world_.shading().at(hit, path.ray.direction, path.footprint);
+    // Light from an area light that the ray met.
+    const uint32_t light = world_.attributesOf(hit.placement).areaLight;
+    if (light != kNone &&
+        (path.receiver == kNone || path.pdf == 0 || world_.lightsOf(path.receiver).sees(light))) {
+      const V2f uv = world_.geometry()
+                         .surface(world_.geometry().placements()[hit.placement])
+                         .surfaceParameters(hit.face, hit.u, hit.v);
+      const Rgb emitted = world_.lights().emitted(light, point, -path.ray.direction, uv);
+      if (!isBlack(emitted)) {
+        float weight = 1;
+        if (path.pdf > 0 && path.sampledLights) {
+          const LightList& list = world_.lightsOf(path.receiver);
+          const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
+                                              list.sampled.begin());
+          if (at < list.sampled.size()) {
+            const float chance = list.cumulative[at] - (at ? list.cumulative[at - 1] : 0);
+            weight = misWeight(path.pdf, chance * world_.lights().areaPdf(light, path.from, point));
+          }
+        }
+        wave.results[path.slot].radiance += path.throughput * emitted * weight;
+      }
+    }
+    if (path.vertex == 0) wave.results[path.slot].depth *= hit.t;
+    if (path.lightsOnly) {
+      // The ray was sent for lights alone, but surfaces that let light pass do not end it.
+      if (world_.shading().isOpaque(hit.placement)) continue;
+    }
+    wave.points.push_back(point);
+    wave.pathOf.push_back(k);
+  }
+  missed(wave, away);
+
+  world_.shading().shade(wave.points, ShadingParts::RadiosityAndView, wave.shaded);
+  sampleLights(wave);
+  wave.next.clear();
+  for (size_t i = 0; i < wave.points.size(); ++i) {
+    Path& path = wave.paths[wave.pathOf[i]];
+    if (scatter(wave, i, path)) wave.next.push_back(path);
+  }
+  wave.paths.swap(wave.next);
+}
+
+void PathIntegrator::missed(Wave& wave, std::span<const uint32_t> which) const {
+  thread_local std::vector<V3f> from, direction;
+  thread_local std::vector<uint32_t> paths;
+  thread_local std::vector<Rgb> radiance;
+  thread_local std::vector<float> pdf;
+  for (const uint32_t light : world_.lights().infinite()) {
+    from.clear(), direction.clear(), paths.clear();
+    for (const uint32_t k : which) {
+      const Path& path = wave.paths[k];
+      const bool camera = path.receiver == kNone;
+      if (camera ? !world_.lights().seenByCamera(light)
+                 : path.pdf > 0 && !world_.lightsOf(path.receiver).sees(light))
+        continue;
+      from.push_back(path.ray.origin), direction.push_back(path.ray.direction), paths.push_back(k);
+    }
+    if (paths.empty()) continue;
+    radiance.resize(paths.size()), pdf.resize(paths.size());
+    world_.lights().evaluate(light, from, direction, radiance, pdf);
+    for (size_t i = 0; i < paths.size(); ++i) {
+      Path& path = wave.paths[paths[i]];
+      float weight = 1;
+      if (path.pdf > 0 && path.sampledLights && !world_.lights().isSmooth(light)) {
+        const LightList& list = world_.lightsOf(path.receiver);
+        const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
+                                            list.sampled.begin());
+        if (at < list.sampled.size())
+          weight = misWeight(path.pdf, (list.cumulative[at] - (at ? list.cumulative[at - 1] : 0)) * pdf[i]);
+      }
+      wave.results[path.slot].radiance += path.throughput * radiance[i] * weight;
+      if (path.receiver == kNone && !isBlack(radiance[i])) {
+        Result& result = wave.results[path.slot];
+        result.alpha = 1, result.depth = kFarDepth;
+      }
+    }
+  }
+}
+
+void PathIntegrator::sampleLights(Wave& wave) const {
+  const size_t n = wave.points.size();
+  wave.direct.assign(n, Rgb(0, 0, 0));
+  wave.lightOf.assign(n, kNone);
+  wave.lightChance.resize(n);
+  wave.lightSamples.resize(n);
+  world_.addAmbient(wave.points, wave.shaded.terms, wave.direct);
+  // Every point picks one of its lights; then each light is sampled for all points that picked it.
+  thread_local std::vector<std::vector<uint32_t>> byLight;
+  byLight.resize(world_.lights().count());
+  for (auto& list : byLight) list.clear();
+  for (uint32_t i = 0; i < n; ++i) {
+    const Path& path = wave.paths[wave.pathOf[i]];
+    if (path.lightsOnly) continue;
+    const LightList& list = world_.lightsOf(wave.points[i].placement);
+    if (list.sampled.empty()) continue;
+    const Bsdf bsdf(wave.points[i], wave.shaded.terms[i], wave.shaded.lobesOf(wave.shaded.terms[i]));
+    if (!bsdf.scattersSmoothly(true)) continue;
+    const float u = sobol1(path.sample, path.seed(kLightChoice));
+    const auto at = static_cast<size_t>(
+        std::upper_bound(list.cumulative.begin(), list.cumulative.end() - 1, u) - list.cumulative.begin());
+    wave.lightOf[i] = list.sampled[at];
+    wave.lightChance[i] = list.cumulative[at] - (at ? list.cumulative[at - 1] : 0);
+    byLight[list.sampled[at]].push_back(i);
+  }
+  thread_local std::vector<V3f> positions;
+  thread_local std::vector<V2f> random;
+  thread_local std::vector<LightSample> samples;
+  for (uint32_t light = 0; light < byLight.size(); ++light) {
+    const auto& which = byLight[light];
+    if (which.empty()) continue;
+    positions.clear(), random.clear();
+    for (const uint32_t i : which) {
+      const Path& path = wave.paths[wave.pathOf[i]];
+      positions.push_back(wave.points[i].P);
+      random.push_back(sobol2(path.sample, path.seed(kLightPoint)));
+    }
+    samples.resize(which.size());
+    world_.lights().sample(light, positions, random, samples);
+    for (size_t k = 0; k < which.size(); ++k) {
+      const uint32_t i = which[k];
+      const LightSample& s = samples[k];
+      if (s.pdf == 0) continue;
+      const SurfaceTerms& terms = wave.shaded.terms[i];
+      const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
+      const Bsdf::Value value = bsdf.evaluate(s.direction);
+      if (isBlack(value.f)) continue;
+      const float pdf = s.pdf * wave.lightChance[i];
+      const float weight = s.delta ? 1 : misWeight(pdf, value.pdf);
+      const Rgb visible = world_.transmittance(wave.points[i].facet(), s, light);
+      wave.direct[i] += value.f * s.radiance * visible * (weight / pdf);
+    }
+  }
+}
+
+bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
+  const ShadingPoint& point = wave.points[i];
+  const SurfaceTerms& terms = wave.shaded.terms[i];
+  Result& result = wave.results[path.slot];
+  const Attributes& attributes = world_.attributesOf(point.placement);
+  // Transparency: the path sees the surface, or what is behind it. Terms are premultiplied by opacity.
+  if (!world_.shading().isOpaque(point.placement)) {
+    const float solid = std::clamp((terms.opacity.x + terms.opacity.y + terms.opacity.z) / 3, 0.0f, 1.0f);
+    const bool pass = path.lightsOnly || sobol1(path.sample, path.seed(kLayer)) >= solid;
+    if (pass) {
+      const float chance = path.lightsOnly ? 1 : 1 - solid;
+      for (int c = 0; c < 3; ++c) path.throughput[c] *= std::clamp(1 - terms.opacity[c], 0.0f, 1.0f) / chance;
+      if (isBlack(path.throughput) || ++path.vertex > kMostVertices) return false;
+      path.ray.origin = leave(point.facet(), path.ray.direction);
+      path.ray.tNear = 0;
+      if (path.receiver == kNone) path.ray.tFar = kInfinity;
+      return true;
+    }
+    path.throughput /= solid;
+  }
+  if (path.lightsOnly) return false;
+  if (path.receiver == kNone) result.alpha = 1;
+  result.radiance += path.throughput * (terms.emission + terms.viewEmission + wave.direct[i]);
+  if (attributes.matte && path.receiver == kNone) {
+    result.radiance = Rgb(0, 0, 0), result.alpha = 0;
+    return false;
+  }
+
+  // Depths: an object may allow fewer bounces from here on, never more (MIN rule of PRMan).
+  path.maxDiffuse = std::min(path.maxDiffuse, path.diffuseDepth + attributes.maxDiffuseDepth);
+  path.maxSpecular = std::min(path.maxSpecular, path.specularDepth + attributes.maxSpecularDepth);
+  if (world_.settings().classic) return false;
+  const Bsdf bsdf(point, terms, wave.shaded.lobesOf(terms));
+  const BsdfSample s =
+      bsdf.sample(sobol1(path.sample, path.seed(kLobe)), sobol2(path.sample, path.seed(kDirection)));
+  if (!(s.pdf > 0) || isBlack(s.weight)) return false;
+  const LightList& list = world_.lightsOf(point.placement);
+  bool last = false;
+  if (s.diffuse)
+    last = path.diffuseDepth++ >= path.maxDiffuse;
+  else
+    last = path.specularDepth++ >= path.maxSpecular;
+  if (last) {
+    ++depthEnds;
+    // Direct light of this point is still to be completed by its share of the BSDF's samples.
+    if (list.infinite.empty() && list.area.empty()) return false;
+  }
+  path.lightsOnly = last;
+  path.throughput *= s.weight;
+  path.sampledLights = !list.sampled.empty() && bsdf.scattersSmoothly(true);
+  path.pdf = s.delta ? 0 : s.pdf;
+  path.receiver = point.placement;
+  path.from = point.P;
+  path.spread = s.delta ? path.spread : std::max(path.spread, s.diffuse ? 0.3f : s.alpha);
+  ++path.vertex;
+  if (path.diffuseDepth + path.specularDepth > kRouletteDepth) {
+    const float survive = std::min(0.95f, std::sqrt(maxComponent(path.throughput)));
+    if (sobol1(path.sample, path.seed(kRoulette)) >= survive) {
+      ++rouletteEnds;
+      return false;
+    }
+    path.throughput /= survive;
+  }
+  path.ray = Ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity,
+                 s.diffuse ? kDiffuseRay : kSpecularRay};
+  return true;
+}
+
+}  // namespace
+
+CameraSample cameraSample(const World& world, int x, int y, uint32_t sample) {
+  const V2f offset = sobol2(sample, pixelSeed(x, y, kPixel));
+  const V2f lens = sobol2(sample, pixelSeed(x, y, kLens));
+  CameraSample s;
+  s.x = static_cast<float>(x) + offset.x, s.y = static_cast<float>(y) + offset.y;
+  // A large raster coordinate may round up to the next pixel.
+  if (s.x >= static_cast<float>(x + 1)) s.x = std::nextafter(static_cast<float>(x + 1), 0.0f);
+  if (s.y >= static_cast<float>(y + 1)) s.y = std::nextafter(static_cast<float>(y + 1), 0.0f);
+  s.camera = world.camera().ray(s.x, s.y, lens);
+  s.ray = Ray{s.camera.origin, s.camera.direction, s.camera.tNear, s.camera.tFar, kCameraRay};
+  return s;
+}
+
+std::unique_ptr<Integrator> makePathIntegrator(const World& world) {
+  return std::make_unique<PathIntegrator>(world);
+}
+
+}  // namespace patina

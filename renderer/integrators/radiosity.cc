@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: Apache-2.0
+// Modes radiosity, distribution and direct: distribution ray tracing from the camera. View-independent light
+// is computed at micropolygon vertices and shared by all samples (PixelSamples do not multiply it); lobes are
+// evaluated at each hit.
+#include <unordered_map>
+
+#include "renderer/base/statistics.h"
+#include "renderer/integrators/integrator.h"
+#include "renderer/integrators/radiosity_engine.h"
+
+namespace patina {
+namespace {
+
+STAT_COUNTER("Camera/samples", sampleCount);
+STAT_COUNTER("Camera/hits shaded", hitCount);
+STAT_COUNTER("Camera/vertices asked for", vertexCount);
+
+constexpr size_t kWave = 16384;  // camera samples in work at a time
+constexpr int kMostSteps = 512;  // layers and specular bounces of a sample
+
+enum Dimension : uint32_t {
+  kLobe = 0x1000,
+  kDirection = 0x2000,
+  kLightChoice = 0x3000,
+  kLightPoint = 0x4000,
+  kPoint = 0x5000
+};
+
+/// A camera sample on its way through transparent layers and specular surfaces.
+struct Walk {
+  uint32_t slot;
+  uint32_t sample;
+  int x, y;
+  Ray ray;
+  Rgb throughput{1, 1, 1};
+  float footprint, spread;
+  V3f from;
+  float pdf = 0;  // of a specular direction; 0 = camera ray or delta lobe
+  uint32_t receiver = kNone;
+  bool sampledLights = false;
+  int specularDepth = 0, maxSpecular = 1 << 20;
+  uint32_t step = 0;
+  float roughness = 0;  // the largest on the way
+  uint64_t seed(uint32_t dimension) const { return pixelSeed(x, y, dimension + step); }
+};
+
+struct Result {
+  Rgb radiance{0, 0, 0};
+  Rgb seen{0, 0, 0};  // opacity
+  float depth = kFarDepth;
+  bool matte = false;
+};
+
+class RadiosityIntegrator final : public Integrator {
+ public:
+  RadiosityIntegrator(const World& world, const RadiosityEngine::Settings& settings)
+      : world_(world), engine_(world, settings), indirect_(settings.indirect) {}
+  void render(FilmTile& tile) const override;
+  void finish() const override { engine_.report(); }
+
+ private:
+  struct Wave {
+    std::vector<Walk> walks, next;
+    std::vector<Result> results;
+    std::vector<V2f> positions;
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    std::vector<uint32_t> active;  // indices of walks that hit something
+    std::vector<ShadingPoint> points;
+    std::vector<Rgb> radiosity, direct;
+    ShadedPoints shaded;
+    // Vertices
+    std::unordered_map<uint64_t, uint32_t> known;
+    std::vector<RadiosityEngine::Vertex> vertices;
+    std::vector<Rgb> values;
+    std::vector<VertexWeights> around;
+    std::vector<uint32_t> byHit;  // points that are shaded at the hit
+    std::vector<RadiosityEngine::Request> requests;
+  };
+  void step(Wave& wave) const;
+  void missed(Wave& wave, const Walk& walk) const;
+  void viewIndependent(Wave& wave) const;
+  void specularDirect(Wave& wave) const;
+  bool proceed(Wave& wave, size_t i, Walk& walk) const;
+
+  const World& world_;
+  RadiosityEngine engine_;
+  bool indirect_;
+};
+
+void RadiosityIntegrator::render(FilmTile& tile) const {
+  const PixelRect& pixels = tile.samplePixels();
+  const auto spp = static_cast<uint32_t>(world_.samplesPerPixel());
+  const size_t pixelCount = static_cast<size_t>(pixels.width()) * static_cast<size_t>(pixels.height());
+  const auto perWave =
+      static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, spp));
+  thread_local Wave wave;
+  for (uint32_t first = 0; first < spp; first += perWave) {
+    const uint32_t end = std::min(spp, first + perWave);
+    wave.walks.clear(), wave.positions.clear();
+    wave.results.assign(pixelCount * (end - first), Result{});
+    for (int y = pixels.y0; y < pixels.y1; ++y)
+      for (int x = pixels.x0; x < pixels.x1; ++x)
+        for (uint32_t s = first; s < end; ++s) {
+          const CameraSample camera = cameraSample(world_, x, y, s);
+          Walk walk{};
+          walk.slot = static_cast<uint32_t>(wave.walks.size());
+          walk.sample = s, walk.x = x, walk.y = y;
+          walk.ray = camera.ray;
+          walk.throughput = Rgb(1, 1, 1);
+          walk.footprint = camera.camera.footprintAtOrigin, walk.spread = camera.camera.footprintSpread;
+          walk.receiver = kNone, walk.maxSpecular = 1 << 20;
+          wave.results[walk.slot].depth = camera.camera.depthPerT;
+          wave.walks.push_back(walk);
+          wave.positions.emplace_back(camera.x, camera.y);
+        }
+    sampleCount += static_cast<int64_t>(wave.walks.size());
+    while (!wave.walks.empty()) step(wave);
+    for (size_t k = 0; k < wave.positions.size(); ++k) {
+      const Result& r = wave.results[k];
+      const float alpha = std::clamp((r.seen.x + r.seen.y + r.seen.z) / 3, 0.0f, 1.0f);
+      const float values[kChannels] = {r.radiance.x, r.radiance.y, r.radiance.z, alpha,
+                                       alpha > 0 ? r.depth : kFarDepth};
+      if (!tile.addSample(wave.positions[k].x, wave.positions[k].y, values)) {
+        const float black[kChannels] = {0, 0, 0, 0, kFarDepth};
+        tile.addSample(wave.positions[k].x, wave.positions[k].y, black);
+      }
+    }
+  }
+}
+
+void RadiosityIntegrator::step(Wave& wave) const {
+  const size_t n = wave.walks.size();
+  wave.rays.resize(n), wave.hits.resize(n);
+  for (size_t k = 0; k < n; ++k) wave.rays[k] = wave.walks[k].ray;
+  if (wave.walks[0].receiver == kNone && wave.walks[0].step == 0)
+    world_.accel().intersectMany(wave.rays, wave.hits);
+  else
+    for (size_t k = 0; k < n; ++k) wave.hits[k] = world_.accel().intersect(wave.rays[k]);
+
+  wave.active.clear(), wave.points.clear();
+  for (uint32_t k = 0; k < n; ++k) {
+    Walk& walk = wave.walks[k];
+    const Hit& hit = wave.hits[k];
+    if (!hit.valid()) {
+      missed(wave, walk);
+      continue;
+    }
+    walk.footprint += walk.spread * hit.t;
+    const ShadingPoint point = world_.shading().at(hit, walk.ray.direction, walk.footprint);
+    Result& result = wave.results[walk.slot];
+    if (walk.receiver == kNone && isBlack(result.seen))
+      result.depth = result.depth < kFarDepth ? result.depth * hit.t : result.depth;
+    const uint32_t light = world_.attributesOf(hit.placement).areaLight;
+    if (light != kNone && (walk.pdf == 0 || world_.lightsOf(walk.receiver).sees(light))) {
+      const V2f uv = world_.geometry()
+                         .surface(world_.geometry().placements()[hit.placement])
+                         .surfaceParameters(hit.face, hit.u, hit.v);
+      float weight = 1;
+      if (walk.pdf > 0 && walk.sampledLights) {
+        const LightList& list = world_.lightsOf(walk.receiver);
+        const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
+                                            list.sampled.begin());
+        if (at < list.sampled.size())
+          weight = misWeight(walk.pdf, (list.cumulative[at] - (at ? list.cumulative[at - 1] : 0)) *
+                                           world_.lights().areaPdf(light, walk.from, point));
+      }
+      result.radiance +=
+          walk.throughput * world_.lights().emitted(light, point, -walk.ray.direction, uv) * weight;
+    }
+    wave.active.push_back(k);
+    wave.points.push_back(point);
+  }
+  hitCount += static_cast<int64_t>(wave.points.size());
+  viewIndependent(wave);
+  // What depends on the view, and opacity, is shaded at the hits that have any.
+  const auto needsShading = [&](const ShadingPoint& p) {
+    return world_.shading().shaderOf(p.placement).active(PATINA_ENTRY_VIEW) ||
+           !world_.shading().isOpaque(p.placement);
+  };
+  wave.next.clear();
+  std::vector<Rgb>& radiosity = wave.radiosity;
+  size_t kept = 0;
+  for (size_t i = 0; i < wave.points.size(); ++i) {
+    Walk& walk = wave.walks[wave.active[i]];
+    Result& result = wave.results[walk.slot];
+    result.radiance += walk.throughput * radiosity[i];
+    if (!needsShading(wave.points[i])) {
+      if (walk.receiver == kNone) {
+        result.seen += walk.throughput;
+        if (world_.attributesOf(wave.points[i].placement).matte) result.radiance = result.seen = Rgb(0, 0, 0);
+      }
+      continue;
+    }
+    wave.points[kept] = wave.points[i];
+    wave.active[kept++] = wave.active[i];
+  }
+  wave.points.resize(kept), wave.active.resize(kept);
+  if (kept > 0) {
+    world_.shading().shade(wave.points, ShadingParts::RadiosityAndView, wave.shaded);
+    specularDirect(wave);
+    for (size_t i = 0; i < kept; ++i) {
+      Walk walk = wave.walks[wave.active[i]];
+      if (proceed(wave, i, walk)) wave.next.push_back(walk);
+    }
+  }
+  wave.walks.swap(wave.next);
+}
+
+void RadiosityIntegrator::missed(Wave& wave, const Walk& walk) const {
+  const Lights& lights = world_.lights();
+  Result& result = wave.results[walk.slot];
+  for (const uint32_t light : lights.infinite()) {
+    const bool camera = walk.receiver == kNone;
+    if (camera ? !lights.seenByCamera(light) : walk.pdf > 0 && !world_.lightsOf(walk.receiver).sees(light))
+      continue;
+    Rgb radiance;
+    float pdf;
+    lights.evaluate(light, {&walk.ray.origin, 1}, {&walk.ray.direction, 1}, {&radiance, 1}, {&pdf, 1});
+    float weight = 1;
+    if (walk.pdf > 0 && walk.sampledLights && !lights.isSmooth(light)) {
+      const LightList& list = world_.lightsOf(walk.receiver);
+      const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
+                                          list.sampled.begin());
+      if (at < list.sampled.size())
+        weight = misWeight(walk.pdf, (list.cumulative[at] - (at ? list.cumulative[at - 1] : 0)) * pdf);
+    }
+    result.radiance += walk.throughput * radiance * weight;
+    if (camera && !isBlack(radiance)) result.seen += walk.throughput;
+  }
+}
+
+/// B at every point: interpolated between vertices, or sampled at the hit where a patch has none that are
+/// near enough.
+void RadiosityIntegrator::viewIndependent(Wave& wave) const {
+  const PatchTable& patches = world_.geometry().patches();
+  const size_t n = wave.points.size();
+  wave.radiosity.assign(n, Rgb(0, 0, 0));
+  wave.around.resize(n);
+  wave.known.clear(), wave.vertices.clear(), wave.byHit.clear();
+  for (uint32_t i = 0; i < n; ++i) {
+    const ShadingPoint& p = wave.points[i];
+    const ShaderInstance& shader = world_.shading().shaderOf(p.placement);
+    wave.around[i].count = 0;
+    if (!shader.active(PATINA_ENTRY_RADIOSITY)) continue;
+    const uint32_t index = patches.find(p.placement, p.face, p.u, p.v);
+    const Patch& patch = patches[index];
+    if (world_.settings().shadeAtHits || shader.has(PATINA_TRAIT_NOT_CACHEABLE) ||
+        patch.spacing >
+            4 * std::max(p.footprint, 1e-30f) * std::sqrt(world_.attributesOf(p.placement).shadingRate)) {
+      wave.byHit.push_back(i);
+      continue;
+    }
+    const V2f local = patch.toLocal(p.u, p.v);
+    VertexWeights& around = wave.around[i] = patch.locate(Level::Fine, local.x, local.y);
+    for (int k = 0; k < around.count; ++k) {
+      const uint64_t key = uint64_t{index} << 17 | uint64_t{p.front} << 16 | around.index[k];
+      const auto [found, isNew] = wave.known.try_emplace(key, static_cast<uint32_t>(wave.vertices.size()));
+      if (isNew) wave.vertices.push_back({index, p.front, static_cast<uint16_t>(around.index[k])});
+      around.index[k] = found->second;
+    }
+  }
+  vertexCount += static_cast<int64_t>(wave.vertices.size());
+  wave.values.resize(wave.vertices.size());
+  engine_.vertices(wave.vertices, wave.values);
+  for (size_t i = 0; i < n; ++i)
+    for (int k = 0; k < wave.around[i].count; ++k)
+      wave.radiosity[i] += wave.values[wave.around[i].index[k]] * wave.around[i].weight[k];
+  if (wave.byHit.empty()) return;
+
+  wave.requests.clear();
+  for (const uint32_t i : wave.byHit) {
+    const Walk& walk = wave.walks[wave.active[i]];
+    wave.requests.push_back({wave.points[i], hashOf(walk.seed(kPoint), walk.sample)});
+  }
+  wave.values.resize(wave.requests.size());
+  constexpr size_t kBatch = 512;
+  for (size_t first = 0; first < wave.requests.size(); first += kBatch) {
+    const size_t count = std::min(kBatch, wave.requests.size() - first);
+    engine_.shade(std::span(wave.requests).subspan(first, count), 0, false,
+                  std::span(wave.values).subspan(first, count));
+  }
+  for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];
+}
+
+/// Direct light by way of lobes: delta lights all, of the others one per point.
+void RadiosityIntegrator::specularDirect(Wave& wave) const {
+  const size_t n = wave.points.size();
+  const Lights& lights = world_.lights();
+  wave.direct.assign(n, Rgb(0, 0, 0));
+  thread_local std::vector<std::vector<std::pair<uint32_t, float>>> byLight;
+  byLight.resize(lights.count());
+  for (auto& list : byLight) list.clear();
+  for (uint32_t i = 0; i < n; ++i) {
+    const LightList& list = world_.lightsOf(wave.points[i].placement);
+    if (list.sampled.empty()) continue;
+    const SurfaceTerms& terms = wave.shaded.terms[i];
+    const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
+    if (!bsdf.scattersSmoothly(false)) continue;
+    const Walk& walk = wave.walks[wave.active[i]];
+    for (const uint32_t light : list.sampled)
+      if (lights.isDelta(light)) byLight[light].emplace_back(i, 1.0f);
+    const float u = sobol1(walk.sample, walk.seed(kLightChoice));
+    const auto at = static_cast<size_t>(
+        std::upper_bound(list.cumulative.begin(), list.cumulative.end() - 1, u) - list.cumulative.begin());
+    if (!lights.isDelta(list.sampled[at]))
+      byLight[list.sampled[at]].emplace_back(i, list.cumulative[at] - (at ? list.cumulative[at - 1] : 0));
+  }
+  thread_local std::vector<V3f> positions;
+  thread_local std::vector<V2f> random;
+  thread_local std::vector<LightSample> samples;
+  for (uint32_t light = 0; light < byLight.size(); ++light) {
+    if (byLight[light].empty()) continue;
+    positions.clear(), random.clear();
+    for (const auto& [i, chance] : byLight[light]) {
+      const Walk& walk = wave.walks[wave.active[i]];
+      positions.push_back(wave.points[i].P);
+      random.push_back(sobol2(walk.sample, walk.seed(kLightPoint)));
+    }
+    samples.resize(positions.size());
+    lights.sample(light, positions, random, samples);
+    for (size_t k = 0; k < samples.size(); ++k) {
+      const LightSample& s = samples[k];
+      if (s.pdf == 0) continue;
+      const auto [i, chance] = byLight[light][k];
+      const SurfaceTerms& terms = wave.shaded.terms[i];
+      const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
+      const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
+      if (isBlack(value.f)) continue;
+      const float pdf = s.pdf * chance;
+      // Without specular rays (classic) there is no other estimate to share with.
+      const float weight = s.delta || world_.settings().classic ? 1 : misWeight(pdf, value.pdf);
+      wave.direct[i] +=
+          value.f * s.radiance * world_.transmittance(wave.points[i].facet(), s, light) * (weight / pdf);
+    }
+  }
+}
+
+bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
+  const ShadingPoint& point = wave.points[i];
+  const SurfaceTerms& terms = wave.shaded.terms[i];
+  Result& result = wave.results[walk.slot];
+  const Attributes& attributes = world_.attributesOf(point.placement);
+  const bool opaque = world_.shading().isOpaque(point.placement);
+  Rgb opacity(1, 1, 1);
+  if (!opaque)
+    for (int c = 0; c < 3; ++c) opacity[c] = std::clamp(terms.opacity[c], 0.0f, 1.0f);
+  result.radiance += walk.throughput * wave.direct[i];
+  result.radiance += walk.throughput * terms.viewEmission;
+  if (walk.receiver == kNone) {
+    result.seen += walk.throughput * opacity;
+    if (attributes.matte) {
+      result.radiance = Rgb(0, 0, 0), result.seen = Rgb(0, 0, 0);
+      return false;
+    }
+  }
+  if (++walk.step > kMostSteps) return false;
+
+  const Rgb passed = Rgb(1, 1, 1) - opacity;
+  const Bsdf bsdf(point, terms, wave.shaded.lobesOf(terms));
+  const bool specular = bsdf.hasLobes() && !world_.settings().classic;
+  // Both a lobe and what lies behind: one of them is followed, by chance.
+  const float through = opaque ? 0 : (passed.x + passed.y + passed.z) / 3;
+  const float u = sobol1(walk.sample, walk.seed(kLobe));
+  if (through > 0 && (!specular || u < through)) {
+    walk.throughput *= specular ? passed / through : passed;
+    if (maxComponent(walk.throughput) < 1e-4f) return false;
+    walk.ray.origin = leave(point.facet(), walk.ray.direction);
+    walk.ray.tNear = 0, walk.ray.tFar = kInfinity;
+    return true;
+  }
+  if (!specular) return false;
+  walk.maxSpecular = std::min(walk.maxSpecular, walk.specularDepth + attributes.maxSpecularDepth);
+  if (walk.specularDepth++ >= walk.maxSpecular) return false;
+  const float choice = std::clamp((u - through) / (1 - through), 0.0f, kOneMinusEpsilon);
+  const BsdfSample s = bsdf.sampleSpecular(choice, sobol2(walk.sample, walk.seed(kDirection)));
+  if (!(s.pdf > 0) || isBlack(s.weight)) return false;
+  walk.throughput *= s.weight / (1 - through);
+  walk.pdf = s.delta ? 0 : s.pdf;
+  walk.sampledLights = !world_.lightsOf(point.placement).sampled.empty() && bsdf.scattersSmoothly(false);
+  walk.receiver = point.placement;
+  walk.from = point.P;
+  walk.roughness = std::max(walk.roughness, s.alpha);
+  walk.spread = std::max(walk.spread, s.alpha);
+  walk.ray = Ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay};
+  return true;
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cached, bool indirect) {
+  const RenderSettings& render = world.settings();
+  RadiosityEngine::Settings settings;
+  settings.cached = cached || !indirect;  // vertices are shared in direct light, too
+  settings.indirect = indirect && !render.classic;
+  settings.rays.diffuse0 = std::clamp(render.rays.value_or(64), 1, 1 << 16);
+  settings.rays.light0 = std::clamp(render.lightSamples.value_or(16), 1, 1 << 16);
+  const double bytes = render.cacheMemoryMb ? *render.cacheMemoryMb * 1048576
+                                            : world.scene().options.radiosityCacheKb * 1024.0;
+  settings.cacheBytes = static_cast<size_t>(std::clamp(bytes, 0.0, 1e13));
+  return std::make_unique<RadiosityIntegrator>(world, settings);
+}
+
+}  // namespace patina

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// View-independent light: B = emission + ambient + rho E(front)/pi + tau E(back)/pi at points and at patch
+// vertices, with the multiresolution cache or without it.
+//
+// Every result is a function of its arguments and of the scene: random numbers are hashed from the place and
+// depth that they are for, so that neither threads, nor what happens to be cached, change a bit of it.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "renderer/base/sampling.h"
+#include "renderer/cache/patch_cache.h"
+#include "renderer/integrators/world.h"
+
+namespace patina {
+
+/// How many rays a shading point gets by its diffuse depth.
+struct RayBudget {
+  int diffuse0 = 64;  ///< gather rays at depth 0
+  int light0 = 16;    ///< rays to an area or sky light at depth 0
+  int diffuse(int depth) const;
+  int light(int depth) const;
+};
+
+class RadiosityEngine {
+ public:
+  /// Diffuse depths up to this have entries of their own; deeper light is followed by random walks.
+  static constexpr int kCachedDepths = 4;
+
+  struct Settings {
+    bool cached = true;
+    bool indirect = true;
+    RayBudget rays;
+    size_t cacheBytes = size_t{256} << 20;
+    float levelScale = 1;  ///< a level is fine enough when its spacing is at most so many ray footprints
+  };
+  RadiosityEngine(const World& world, const Settings& settings);
+
+  /// Where random numbers come from: points of equal seed get equal numbers.
+  struct Request {
+    ShadingPoint point;
+    uint64_t seed;
+  };
+
+  /// Radiance B that leaves each point, at diffuse depth `depth`, sampled anew. `single`: one ray of each
+  /// kind per point (the points are part of a larger estimate). [any thread]
+  void shade(std::span<const Request> requests, int depth, bool single, std::span<Rgb> out) const;
+
+  /// A vertex of the fine level of a patch, as seen at diffuse depth 0.
+  struct Vertex {
+    uint32_t patch;
+    bool front;
+    uint16_t index;
+    bool operator==(const Vertex&) const = default;
+  };
+  /// B at vertices, from the cache or made and kept. [any thread]
+  void vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const;
+
+  const World& world() const { return world_; }
+  const PatchCache* cache() const { return cache_.get(); }
+  void report() const;  ///< figures of the cache that are known at the end only [main]
+
+ private:
+  struct Workspace;
+  struct GatherRay;
+  Workspace& workspace(int nesting) const;
+  Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth) const;
+  void addDirect(std::span<const Request> requests, int depth, bool single, Workspace& w) const;
+  void addIndirect(std::span<const Request> requests, int depth, bool single, Workspace& w,
+                   int nesting) const;
+  void follow(GatherRay ray, bool bounce, int depth, Workspace& w, int nesting) const;
+  bool cachedRadiance(const Hit& hit, bool front, float footprint, int depth, int nesting, Rgb& out) const;
+  void fill(uint32_t patch, bool front, Level level, int depth, int nesting,
+            std::vector<uint64_t>& codes) const;
+  void shadeNested(std::span<const Request> requests, int depth, bool single, std::span<Rgb> out,
+                   int nesting) const;
+  Rgb specularTail(const ShadingPoint& point, uint64_t seed, int depth, float footprint, int nesting) const;
+
+  const World& world_;
+  Settings settings_;
+  std::unique_ptr<PatchCache> cache_;
+};
+
+}  // namespace patina

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Building a frame, visibility, ambient light.
+#include "renderer/integrators/world.h"
+
+#include <map>
+#include <stdexcept>
+
+#include "renderer/base/statistics.h"
+#include "renderer/scene/search_path.h"
+
+namespace patina {
+namespace {
+
+STAT_COUNTER("Shading/opacity look-ups", opacityLookups);
+constexpr int kMostLayers = 4096;  // surfaces that a shadow ray passes before it gives up
+
+}  // namespace
+
+bool LightList::sees(uint32_t light) const {
+  return std::binary_search(area.begin(), area.end(), light) ||
+         std::binary_search(infinite.begin(), infinite.end(), light);
+}
+
+World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& errors)
+    : scene_(scene), settings_(settings), camera_(scene.camera, scene.options) {
+  if (camera_.singular()) throw std::runtime_error("the camera's transformation is singular");
+  const Options& options = scene.options;
+  samplesPerPixel_ = settings.samples ? std::max(1, *settings.samples)
+                     : options.maxSamples
+                         ? std::max(1, *options.maxSamples)
+                         : std::max(1, options.pixelSamplesX) * std::max(1, options.pixelSamplesY);
+  loadShaders(errors);
+  {
+    PhaseTimer timer("Geometry");
+    geometry_ = std::make_unique<Geometry>(scene, camera_, errors);
+  }
+  {
+    PhaseTimer timer("Acceleration structures");
+    accel_ = std::make_unique<Accel>(*geometry_);
+  }
+  std::vector<const ShaderInstance*> surfaces = shaderPointers_;  // the default surface is the last
+  shading_ = std::make_unique<SurfaceShading>(*geometry_, std::move(surfaces));
+  lights_ = std::make_unique<Lights>(*geometry_, shaderPointers_);
+  makeLightLists();
+}
+
+World::~World() = default;
+
+void World::loadShaders(ErrorHandler& errors) {
+  PhaseTimer timer("Shaders");
+  const auto searchPath = [&](const char* kind) {
+    const auto found = scene_.options.searchPaths.find(kind);
+    return found == scene_.options.searchPaths.end() ? std::string() : found->second;
+  };
+  ShaderPaths paths;
+  if (!settings_.shaderPath.empty()) paths.commandLine.push_back(settings_.shaderPath);
+  paths.option = searchPath("shader");
+  paths.allowPaths = settings_.allowShaderPaths;
+  loader_ = std::make_unique<PluginLoader>(paths);
+  std::vector<std::string> textureFolders = splitSearchPath(settings_.texturePath, {});
+  for (std::string& folder : splitSearchPath(searchPath("texture"), {}))
+    textureFolders.push_back(std::move(folder));
+  textures_ = std::make_unique<TextureService>(
+      std::move(textureFolders), static_cast<size_t>(std::max(scene_.options.textureKb, 1024)) * 1024,
+      errors);
+  host_ = std::make_unique<ShaderHost>(
+      [this](std::string_view name) -> std::optional<M44d> {
+        if (name == "camera") return scene_.camera.worldToCamera.inverse();
+        const auto found = scene_.coordinateSystems.find(std::string(name));
+        if (found == scene_.coordinateSystems.end()) return std::nullopt;
+        return found->second;
+      },
+      textures_.get());
+
+  // Only shaders that something in the scene is bound to are loaded.
+  std::vector<const char*> role(scene_.shaders.size(), nullptr);
+  for (const Attributes& attributes : scene_.attributes)
+    if (attributes.surface != kNone) role[attributes.surface] = "Surface";
+  for (const Light& light : scene_.lights)
+    if (light.shader != kNone) role[light.shader] = light.isArea ? "AreaLightSource" : "LightSource";
+  const ShaderBinding fallback{"defaultsurface", {}, M44d(), {}};
+  for (size_t k = 0; k <= scene_.shaders.size(); ++k) {
+    const bool isDefault = k == scene_.shaders.size();
+    const ShaderBinding& binding = isDefault ? fallback : scene_.shaders[k];
+    std::unique_ptr<ShaderInstance> instance;
+    if (isDefault || role[k])
+      if (const PatinaShader* shader =
+              loader_->load(binding.name, isDefault ? "Surface" : role[k], errors, binding.where))
+        instance = ShaderInstance::create(*shader, binding, *host_, errors);
+    if (isDefault && !instance) throw std::runtime_error("the plugin 'defaultsurface' cannot be used");
+    shaderPointers_.push_back(instance.get());
+    shaders_.push_back(std::move(instance));
+  }
+}
+
+void World::makeLightLists() {
+  std::map<std::vector<uint32_t>, uint32_t> known;
+  for (const Placement& placement : geometry_->placements()) {
+    const std::vector<uint32_t>& wanted = geometry_->attributes(placement).lights;
+    const auto [found, isNew] = known.try_emplace(wanted, static_cast<uint32_t>(lightLists_.size()));
+    lightListOf_.push_back(found->second);
+    if (!isNew) continue;
+    LightList list;
+    for (const uint32_t light : wanted) {
+      switch (lights_->kind(light)) {
+        case PATINA_LIGHT_AMBIENT:
+          list.ambient.push_back(light);
+          break;
+        case PATINA_LIGHT_AREA:
+          list.area.push_back(light), list.sampled.push_back(light);
+          break;
+        case PATINA_LIGHT_DELTA:
+          list.sampled.push_back(light);
+          break;
+        case PATINA_LIGHT_INFINITE:
+          list.infinite.push_back(light);
+          if (lights_->isSmooth(light))
+            list.smooth = true;
+          else
+            list.sampled.push_back(light);
+          break;
+        default:
+          break;
+      }
+    }
+    // Powers are guesses: every light keeps a fair chance.
+    float sum = 0;
+    for (const uint32_t light : list.sampled) sum += std::max(lights_->power(light), 0.0f);
+    const auto n = static_cast<float>(list.sampled.size());
+    float total = 0;
+    for (const uint32_t light : list.sampled) {
+      const float share = sum > 0 && std::isfinite(sum) ? std::max(lights_->power(light), 0.0f) / sum : 1 / n;
+      list.cumulative.push_back(total += 0.5f * share + 0.5f / n);
+    }
+    for (float& c : list.cumulative) c /= total;
+    lightLists_.push_back(std::move(list));
+  }
+}
+
+Rgb World::transmittance(const Facet& from, const LightSample& to, uint32_t light) const {
+  if (settings_.classic || !lights_->castsShadows(light)) return {1, 1, 1};
+  Ray ray;
+  ray.mask = kTransmissionRay;
+  ray.origin = leave(from, to.direction);
+  if (std::isinf(to.distance)) {
+    ray.direction = to.direction;
+  } else {
+    ray.direction = to.target - ray.origin;
+    ray.tFar = 1 - 4 * kMachineEpsilon;
+  }
+  if (shading_->allOpaque()) return accel_->occluded(ray) ? Rgb(0, 0, 0) : Rgb(1, 1, 1);
+
+  Rgb share(1, 1, 1);
+  const V3f unit = to.direction;
+  thread_local ShadedPoints shaded;
+  for (int layer = 0; layer < kMostLayers; ++layer) {
+    const Hit hit = accel_->intersect(ray);
+    if (!hit.valid()) return share;
+    if (shading_->isOpaque(hit.placement)) return {0, 0, 0};
+    const ShadingPoint point = shading_->at(hit, unit, 0);
+    shading_->shade({&point, 1}, ShadingParts::Radiosity, shaded);
+    ++opacityLookups;
+    const Rgb& opacity = shaded.terms[0].opacity;
+    for (int c = 0; c < 3; ++c) share[c] *= std::clamp(1 - opacity[c], 0.0f, 1.0f);
+    if (maxComponent(share) < 1e-4f) return {0, 0, 0};
+    ray.origin = leave(point.facet(), unit);
+    if (!std::isinf(to.distance)) ray.direction = to.target - ray.origin;
+  }
+  return {0, 0, 0};
+}
+
+void World::addAmbient(std::span<const ShadingPoint> points, std::span<const SurfaceTerms> terms,
+                       std::span<Rgb> radiance) const {
+  thread_local std::vector<V3f> positions;
+  thread_local std::vector<Rgb> color;
+  thread_local std::vector<uint32_t> which;
+  for (uint32_t light = 0; light < lights_->count(); ++light) {
+    if (lights_->kind(light) != PATINA_LIGHT_AMBIENT) continue;
+    positions.clear(), which.clear();
+    for (uint32_t i = 0; i < points.size(); ++i) {
+      const LightList& list = lightsOf(points[i].placement);
+      if (isBlack(terms[i].ambient) ||
+          std::find(list.ambient.begin(), list.ambient.end(), light) == list.ambient.end())
+        continue;
+      positions.push_back(points[i].P);
+      which.push_back(i);
+    }
+    if (which.empty()) continue;
+    color.resize(which.size());
+    lights_->ambient(light, positions, color);
+    for (size_t k = 0; k < which.size(); ++k) radiance[which[k]] += terms[which[k]].ambient * color[k];
+  }
+}
+
+}  // namespace patina

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that integrators ask about a frame: geometry, rays, shaders and lights, built from a scene.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "renderer/accel/accel.h"
+#include "renderer/integrators/render.h"
+#include "renderer/shading/bsdf.h"
+#include "renderer/shading/lights.h"
+#include "renderer/shading/plugin_loader.h"
+#include "renderer/shading/shader_host.h"
+#include "renderer/shading/surface_shading.h"
+#include "renderer/shading/texture_service.h"
+
+namespace patina {
+
+/// The lights of one light list, by what integrators do with them.
+struct LightList {
+  std::vector<uint32_t>
+      sampled;  ///< area, delta and infinite lights that are sampled for next-event estimation
+  std::vector<float> cumulative;  ///< chance of picking sampled[k], summed up
+  std::vector<uint32_t> ambient;
+  std::vector<uint32_t> infinite;  ///< found by rays that leave the scene, smooth or not
+  std::vector<uint32_t> area;      ///< found by rays that meet their geometry
+  bool smooth = false;             ///< some infinite light is left to the surface's own samples
+
+  bool sees(uint32_t light) const;  ///< whether an area or infinite light is on the list
+};
+
+class World {
+ public:
+  /// Loads shaders, builds geometry and acceleration structures. Throws std::runtime_error when nothing can
+  /// be rendered.
+  World(const Scene& scene, const RenderSettings& settings, ErrorHandler& errors);
+  ~World();
+
+  const Scene& scene() const { return scene_; }
+  const RenderSettings& settings() const { return settings_; }
+  const RasterCamera& camera() const { return camera_; }
+  const Geometry& geometry() const { return *geometry_; }
+  const Accel& accel() const { return *accel_; }
+  const SurfaceShading& shading() const { return *shading_; }
+  const Lights& lights() const { return *lights_; }
+  const Attributes& attributesOf(uint32_t placement) const {
+    return geometry_->attributes(geometry_->placements()[placement]);
+  }
+  /// The lights that illuminate a placement.
+  const LightList& lightsOf(uint32_t placement) const { return lightLists_[lightListOf_[placement]]; }
+
+  /// Share of light that passes from a facet to `target` (or without end along `direction`, when `distance`
+  /// is infinite): 0 or 1 among opaque surfaces. `light` says whether shadows are cast at all.
+  Rgb transmittance(const Facet& from, const LightSample& to, uint32_t light) const;
+
+  /// Sum of Cl of the ambient lights at each point, multiplied by the points' ambient terms, added to
+  /// `radiance`.
+  void addAmbient(std::span<const ShadingPoint> points, std::span<const SurfaceTerms> terms,
+                  std::span<Rgb> radiance) const;
+
+  int samplesPerPixel() const { return samplesPerPixel_; }
+  /// Hands the messages of shaders to the error handler.
+  void summarize(ErrorHandler& errors) { host_->summarize(errors); }
+
+ private:
+  void loadShaders(ErrorHandler& errors);
+  void makeLightLists();
+
+  const Scene& scene_;
+  const RenderSettings& settings_;
+  RasterCamera camera_;
+  std::unique_ptr<TextureService> textures_;
+  std::unique_ptr<ShaderHost> host_;
+  std::unique_ptr<PluginLoader> loader_;
+  std::vector<std::unique_ptr<ShaderInstance>> shaders_;
+  std::vector<const ShaderInstance*> shaderPointers_;
+  std::unique_ptr<Geometry> geometry_;
+  std::unique_ptr<Accel> accel_;
+  std::unique_ptr<SurfaceShading> shading_;
+  std::unique_ptr<Lights> lights_;
+  std::vector<LightList> lightLists_;
+  std::vector<uint32_t> lightListOf_;  ///< by placement
+  int samplesPerPixel_;
+};
+
+}  // namespace patina

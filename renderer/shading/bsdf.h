@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scattering at a shaded point: diffuse reflection and transmission, and the lobes that `view` gave.
+#pragma once
+
+#include <span>
+
+#include "renderer/shading/shading_point.h"
+
+namespace patina {
+
+/// A direction chosen in proportion to a BSDF, roughly.
+struct BsdfSample {
+  V3f direction;       ///< unit, away from the point
+  Rgb weight;          ///< f |cos| / pdf
+  float pdf = 0;       ///< per solid angle; 0 = nothing to follow. Of delta lobes: 1
+  bool delta = false;  ///< a mirror or smooth glass
+  bool diffuse = false;
+  bool transmitted = false;  ///< to the other side
+  float alpha = 0;           ///< roughness of the lobe, for the ray's spread
+};
+
+/// The BSDF of one point. Directions point away from the surface; `wo` is to the viewer. Directions count as
+/// reflected or transmitted by the geometric normal, and lobes are shaded with N. [one thread]
+class Bsdf {
+ public:
+  /// `parts` selects among diffuse and specular lobes. The lobes must outlive the BSDF.
+  Bsdf(const ShadingPoint& point, const SurfaceTerms& terms, std::span<const Lobe> lobes);
+
+  /// f |cos| and the density of sample() for a given direction, without delta lobes.
+  struct Value {
+    Rgb f{0, 0, 0};
+    float pdf = 0;
+  };
+  Value evaluate(const V3f& wi) const { return evaluate(wi, true); }
+  /// The lobes alone, without the diffuse terms; densities are those of sampleSpecular().
+  Value evaluateSpecular(const V3f& wi) const { return evaluate(wi, false); }
+
+  BsdfSample sample(float choice, const V2f& random) const { return sample(choice, random, true); }
+  BsdfSample sampleSpecular(float choice, const V2f& random) const { return sample(choice, random, false); }
+
+  bool hasLobes() const { return !lobes_.empty(); }
+  bool isBlack() const { return total_ <= 0; }
+  /// Whether anything but delta lobes scatters: whether lights are worth sampling.
+  bool scattersSmoothly(bool withDiffuse) const;
+
+ private:
+  Value evaluate(const V3f& wi, bool withDiffuse) const;
+  BsdfSample sample(float choice, const V2f& random, bool withDiffuse) const;
+  float lobeChance(const Lobe& lobe) const;
+
+  const ShadingPoint& point_;
+  const SurfaceTerms& terms_;
+  std::span<const Lobe> lobes_;
+  V3f wo_;
+  Frame frame_;
+  float reflectChance_, transmitChance_, total_;  ///< relative probabilities
+};
+
+/// Fresnel reflectance of a dielectric for unpolarised light; `cosine` on the side of incidence, eta = n_t /
+/// n_i.
+float fresnelDielectric(float cosine, float eta);
+
+}  // namespace patina

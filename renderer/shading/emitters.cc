@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sampling of area lights.
+#include "renderer/shading/emitters.h"
+
+#include "renderer/base/sampling.h"
+
+namespace patina {
+namespace {
+
+constexpr float kSmallestSolidAngle = 3e-3f;  // below, area sampling is as good, and the angles cancel
+
+/// The rectangle as seen from a point (Urena, Fajardo and King 2013, "An Area-Preserving Parametrization for
+/// Spherical Rectangles"), in the notation of that paper.
+struct SphericalRectangle {
+  V3f x, y, z;
+  float x0, y0, z0, x1, y1;
+  float b0, b1, k, solidAngle;
+
+  SphericalRectangle(const V3f& corner, const V3f& ex, const V3f& ey, const V3f& from) {
+    const float lengthX = ex.length(), lengthY = ey.length();
+    x = ex / lengthX, y = ey / lengthY;
+    z = x.cross(y);
+    const V3f d = corner - from;
+    z0 = d.dot(z);
+    if (z0 > 0) z = -z, z0 = -z0;
+    x0 = d.dot(x), y0 = d.dot(y), x1 = x0 + lengthX, y1 = y0 + lengthY;
+    // z components of the unit normals of the four side planes; the normals are perpendicular to one axis
+    // each.
+    const auto planeZ = [&](float a) { return a / std::sqrt(z0 * z0 + a * a); };
+    const float n0 = -planeZ(y0), n1 = planeZ(x1), n2 = planeZ(y1), n3 = -planeZ(x0);
+    const auto angle = [](float c) { return std::acos(std::clamp(c, -1.0f, 1.0f)); };
+    const float g0 = angle(-n0 * n1), g1 = angle(-n1 * n2), g2 = angle(-n2 * n3), g3 = angle(-n3 * n0);
+    b0 = n0, b1 = n2;
+    k = 2 * kPi - g2 - g3;
+    solidAngle = z0 == 0 ? 0 : std::max(0.0f, g0 + g1 - k);
+  }
+  V3f sample(const V3f& from, const V2f& random) const {
+    const float au = random.x * solidAngle + k;
+    const float fu = (std::cos(au) * b0 - b1) / std::sin(au);
+    float cu = std::copysign(1.0f, fu) / std::sqrt(fu * fu + b0 * b0);
+    cu = std::clamp(cu, -kOneMinusEpsilon, kOneMinusEpsilon);
+    const float xu = std::clamp(-(cu * z0) / std::max(std::sqrt(1 - cu * cu), 1e-30f), x0, x1);
+    const float d = std::sqrt(xu * xu + z0 * z0);
+    const float h0 = y0 / std::sqrt(d * d + y0 * y0), h1 = y1 / std::sqrt(d * d + y1 * y1);
+    const float hv = h0 + random.y * (h1 - h0), hv2 = hv * hv;
+    const float yv = hv2 < 1 - 1e-6f ? std::clamp(hv * d / std::sqrt(1 - hv2), y0, y1) : y1;
+    return from + x * xu + y * yv + z * z0;
+  }
+};
+
+}  // namespace
+
+void Emitters::add(const Geometry& geometry, uint32_t index) {
+  const Placement& placement = geometry.placements()[index];
+  const Surface& surface = geometry.surface(placement);
+  const TracedSurface& traced = geometry.traced()[placement.traced];
+  const auto first = static_cast<uint32_t>(shapes_.size());
+
+  // A whole sphere that is not squashed is sampled as what it is.
+  if (const Quadric* quadric = std::get_if<Quadric>(&traced.primitive->shape);
+      quadric && quadric->kind == Quadric::Kind::Sphere && std::abs(quadric->thetaMax) >= 360) {
+    const float r = std::abs(quadric->values[0]);
+    const V3f c = transformPoint({0, 0, 0}, placement.objectToWorld);
+    float lengths[3];
+    for (int k = 0; k < 3; ++k) {
+      V3f axis(0, 0, 0);
+      axis[k] = r;
+      lengths[k] = transformVector(axis, placement.objectToWorld).length();
+    }
+    const float scale = *std::max_element(lengths, lengths + 3),
+                least = *std::min_element(lengths, lengths + 3);
+    const M44f& m = placement.objectToWorld;
+    const auto row = [&](int k) { return V3f(m[k][0], m[k][1], m[k][2]); };
+    const float shear =
+        std::max({std::abs(row(0).dot(row(1))), std::abs(row(0).dot(row(2))), std::abs(row(1).dot(row(2)))});
+    const bool whole = quadric->values[1] <= -r * 0.999999f && quadric->values[2] >= r * 0.999999f;
+    if (whole && r > 0 && scale - least < 1e-5f * scale && shear < 1e-5f * row(0).length2()) {
+      Shape s{Shape::Kind::Sphere,
+              c,
+              V3f(scale, 0, 0),
+              {},
+              {},
+              {},
+              {},
+              {},
+              roundingBound(16) * (maxAbsComponent(c) + scale),
+              4 * kPi * scale * scale};
+      s.sign = placement.normalSign;
+      shapes_.push_back(s);
+      owners_[index] = {first, 0};
+      return;
+    }
+  }
+
+  const uint32_t cells = std::max(traced.cells, 1u);
+  bool rectangles = traced.cells == 0;
+  const auto corner = [&](uint32_t face, float u, float v) { return geometry.facet(index, face, u, v).P; };
+  const auto parameters = [&](uint32_t face, float u, float v) {
+    return surface.surfaceParameters(face, u, v);
+  };
+  for (uint32_t face = 0; face < surface.faceCount() && rectangles; ++face) {
+    rectangles = surface.faceShape(face) == FaceShape::Quad;
+    if (!rectangles) break;
+    const V3f p = corner(face, 0, 0), e1 = corner(face, 1, 0) - p, e2 = corner(face, 0, 1) - p;
+    const float size = std::max(e1.length(), e2.length());
+    rectangles = (corner(face, 1, 1) - p - e1 - e2).length() < 1e-5f * size &&
+                 std::abs(e1.dot(e2)) < 1e-5f * size * size;
+  }
+  for (uint32_t face = 0; face < surface.faceCount(); ++face) {
+    const bool triangle = surface.faceShape(face) == FaceShape::Triangle;
+    const float step = 1.0f / static_cast<float>(cells);
+    for (uint32_t j = 0; j < cells; ++j)
+      for (uint32_t i = 0; i < cells; ++i) {
+        const float u = static_cast<float>(i) * step, v = static_cast<float>(j) * step;
+        const V3f p00 = corner(face, u, v), p10 = corner(face, u + step, v), p01 = corner(face, u, v + step);
+        const V2f q00 = parameters(face, u, v), q10 = parameters(face, u + step, v),
+                  q01 = parameters(face, u, v + step);
+        const float error = geometry.facet(index, face, u, v).error;
+        const auto push = [&](Shape::Kind kind, const V3f& p, const V3f& e1, const V3f& e2, V2f q, V2f d1,
+                              V2f d2) {
+          const V3f cross = e1.cross(e2);
+          const float area = cross.length() * (kind == Shape::Kind::Triangle ? 0.5f : 1.0f);
+          if (area > 0)
+            shapes_.push_back(
+                {kind, p, e1, e2, cross / cross.length() * placement.facetSign, q, d1, d2, error, area});
+          else if (rectangles)
+            shapes_.push_back({kind, p, e1, e2, V3f(0, 0, 1), q, d1, d2, error, 0});
+        };
+        if (rectangles) {
+          push(Shape::Kind::Rectangle, p00, p10 - p00, p01 - p00, q00, q10 - q00, q01 - q00);
+          continue;
+        }
+        push(Shape::Kind::Triangle, p00, p10 - p00, p01 - p00, q00, q10 - q00, q01 - q00);
+        if (triangle) continue;
+        const V3f p11 = corner(face, u + step, v + step);
+        const V2f q11 = parameters(face, u + step, v + step);
+        push(Shape::Kind::Triangle, p11, p01 - p11, p10 - p11, q11, q01 - q11, q10 - q11);
+      }
+  }
+  owners_[index] = {first, rectangles ? 1 : kNone};
+}
+
+void Emitters::finish() {
+  double sum = 0;
+  for (const Shape& s : shapes_) {
+    sum += s.area;
+    cumulative_.push_back(static_cast<float>(sum));
+  }
+  total_ = static_cast<float>(sum);
+  if (!(total_ > 0)) {
+    shapes_.clear();
+    return;
+  }
+  for (float& c : cumulative_) c /= total_;
+}
+
+float Emitters::rectangleSolidAngle(const Shape& s, const V3f& from) {
+  return SphericalRectangle(s.corner, s.edge1, s.edge2, from).solidAngle;
+}
+
+void Emitters::sampleRectangle(const Shape& s, const V3f& from, V2f random, EmitterSample& out) {
+  const SphericalRectangle rectangle(s.corner, s.edge1, s.edge2, from);
+  if (rectangle.solidAngle < kSmallestSolidAngle) {
+    out.P = s.corner + s.edge1 * random.x + s.edge2 * random.y;
+    const V3f d = out.P - from;
+    const float cosine = std::abs(s.normal.dot(d)) / std::max(d.length(), 1e-30f);
+    out.pdf = cosine > 0 ? d.length2() / (s.area * cosine) : 0;
+  } else {
+    out.P = rectangle.sample(from, random);
+    out.pdf = 1 / rectangle.solidAngle;
+    random = {(out.P - s.corner).dot(s.edge1) / s.edge1.length2(),
+              (out.P - s.corner).dot(s.edge2) / s.edge2.length2()};
+  }
+  const V2f uv = s.uv0 + s.duv1 * random.x + s.duv2 * random.y;
+  out.u = uv.x, out.v = uv.y;
+}
+
+/// The cone of directions to a sphere; from inside, every direction (PBR 4th ed. section 6.2.4).
+float Emitters::spherePdf(const Shape& s, const V3f& from) {
+  const float r = s.edge1.x, squared = (s.corner - from).length2();
+  if (squared <= r * r) return 1 / (4 * kPi);
+  const float sin2 = r * r / squared;
+  // 1 - cos without cancellation.
+  const float oneMinusCos = sin2 / (1 + std::sqrt(std::max(0.0f, 1 - sin2)));
+  return 1 / (2 * kPi * oneMinusCos);
+}
+
+void Emitters::sampleSphere(const Shape& s, const V3f& from, V2f random, EmitterSample& out) {
+  const float r = s.edge1.x;
+  const V3f toCenter = s.corner - from;
+  const float squared = toCenter.length2();
+  out.pdf = spherePdf(s, from);
+  V3f direction;
+  if (squared <= r * r) {
+    const float z = 1 - 2 * random.x, radius = std::sqrt(std::max(0.0f, 1 - z * z));
+    direction = {radius * std::cos(2 * kPi * random.y), radius * std::sin(2 * kPi * random.y), z};
+  } else {
+    const float oneMinusCos = random.x / (2 * kPi * out.pdf);
+    const float sine = std::sqrt(std::max(0.0f, oneMinusCos * (2 - oneMinusCos)));
+    const Frame frame(toCenter / std::sqrt(squared));
+    direction = frame.toWorld(
+        {sine * std::cos(2 * kPi * random.y), sine * std::sin(2 * kPi * random.y), 1 - oneMinusCos});
+  }
+  const float middle = toCenter.dot(direction);
+  const V3f closest = toCenter - direction * middle;
+  const float half = std::sqrt(std::max(0.0f, r * r - closest.length2()));
+  const float t = squared <= r * r ? middle + half : middle - half;
+  const V3f outward = normalizedOr(direction * t - toCenter, -direction);
+  out.P = s.corner + outward * r;
+  out.N = outward * s.sign;
+}
+
+EmitterSample Emitters::sample(const V3f& from, V2f random) const {
+  EmitterSample out;
+  if (shapes_.empty()) return out;
+  const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end(), random.x);
+  const size_t k = std::min<size_t>(static_cast<size_t>(found - cumulative_.begin()), shapes_.size() - 1);
+  const Shape& s = shapes_[k];
+  const float low = k ? cumulative_[k - 1] : 0, chance = cumulative_[k] - low;
+  if (chance > 0) random.x = std::clamp((random.x - low) / chance, 0.0f, kOneMinusEpsilon);
+  out.N = s.normal;
+  out.error = s.error;
+  switch (s.kind) {
+    case Shape::Kind::Rectangle:
+      sampleRectangle(s, from, random, out);
+      break;
+    case Shape::Kind::Sphere:
+      sampleSphere(s, from, random, out);
+      break;
+    case Shape::Kind::Triangle: {
+      const V2f b = sampleTriangle(random);
+      out.P = s.corner + s.edge1 * b.x + s.edge2 * b.y;
+      const V3f d = out.P - from;
+      const float cosine = std::abs(s.normal.dot(d)) / std::max(d.length(), 1e-30f);
+      out.pdf = cosine > 0 ? d.length2() / (s.area * cosine) : 0;
+      const V2f uv = s.uv0 + s.duv1 * b.x + s.duv2 * b.y;
+      out.u = uv.x, out.v = uv.y;
+    }
+  }
+  out.pdf *= chance;
+  if (!std::isfinite(out.pdf)) out.pdf = 0;
+  return out;
+}
+
+float Emitters::pdf(uint32_t placement, uint32_t face, const V3f& from, const V3f& point,
+                    const V3f& normal) const {
+  const auto owner = owners_.find(placement);
+  if (owner == owners_.end() || shapes_.empty()) return 0;
+  const V3f d = point - from;
+  const float cosine = std::abs(normal.dot(d)) / std::max(d.length(), 1e-30f);
+  const float byArea = cosine > 0 ? d.length2() / (total_ * cosine) : 0;
+  if (owner->second.perFace == kNone) return byArea;
+  const Shape& s = shapes_[owner->second.first + (owner->second.perFace ? face : 0)];
+  const float chance = s.area / total_;
+  if (s.kind == Shape::Kind::Sphere) return chance * spherePdf(s, from);
+  const float solidAngle = rectangleSolidAngle(s, from);
+  return solidAngle < kSmallestSolidAngle ? byArea : chance / solidAngle;
+}
+
+}  // namespace patina

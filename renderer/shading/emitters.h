@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The geometry of an area light as something to sample: rectangles and spheres by solid angle, the rest by
+// area.
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "renderer/geometry/geometry.h"
+
+namespace patina {
+
+/// A point chosen on an area light. `pdf` is per solid angle seen from the point to be lit; 0 = nothing
+/// chosen.
+struct EmitterSample {
+  V3f P, N;         ///< N: unit, outside of the light
+  float error = 0;  ///< see Facet
+  float pdf = 0;
+  float u = 0, v = 0;  ///< the light's surface parameters (RI's u, v)
+};
+
+/// All faces of one area light. Read-only after finish(). [any thread]
+class Emitters {
+ public:
+  void add(const Geometry& geometry, uint32_t placement);
+  void finish();
+  bool empty() const { return shapes_.empty(); }
+  float totalArea() const { return total_; }
+
+  EmitterSample sample(const V3f& from, V2f random) const;
+
+  /// The density, per solid angle, with which sample() picks the direction from `from` to a point of the
+  /// light's surface with outside normal `normal`.
+  float pdf(uint32_t placement, uint32_t face, const V3f& from, const V3f& point, const V3f& normal) const;
+
+ private:
+  struct Shape {
+    enum class Kind : uint8_t { Triangle, Rectangle, Sphere } kind;
+    V3f corner, edge1, edge2;  ///< sphere: corner is the centre, edge1.x the radius
+    V3f normal;                ///< outside; unused for spheres
+    V2f uv0, duv1, duv2;       ///< surface parameters at the corner and along the edges
+    float error;
+    float area;
+    float sign = 1;  ///< sphere: -1 when the outside is the inside
+  };
+  struct Owner {
+    uint32_t first,
+        perFace;  ///< perFace 0: one shape stands for the whole placement; kNone: sampled by area alone
+  };
+  static void sampleRectangle(const Shape& s, const V3f& from, V2f random, EmitterSample& out);
+  static float rectangleSolidAngle(const Shape& s, const V3f& from);
+  static void sampleSphere(const Shape& s, const V3f& from, V2f random, EmitterSample& out);
+  static float spherePdf(const Shape& s, const V3f& from);
+
+  std::vector<Shape> shapes_;
+  std::vector<float> cumulative_;  ///< of areas, normalised
+  std::unordered_map<uint32_t, Owner> owners_;
+  float total_ = 0;
+};
+
+}  // namespace patina

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lights of a frame: sampling them in batches through their shaders, and what rays that meet them see.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "renderer/shading/emitters.h"
+#include "renderer/shading/shader_instance.h"
+#include "renderer/shading/shading_point.h"
+
+namespace patina {
+
+/// Light from one direction. A surface with BRDF f receives f * radiance * cos / pdf.
+struct LightSample {
+  V3f direction;       ///< unit, towards the light
+  Rgb radiance;        ///< of a delta light: pi * Cl, that is irradiance of a facing surface, with pdf 1
+  float pdf = 0;       ///< per solid angle; 0 = no light
+  bool delta = false;  ///< no BSDF sample can find it
+  V3f target;          ///< the point of the light, moved off its surface, when `distance` is finite
+  float distance = kInfinity;
+};
+
+class Lights {
+ public:
+  /// `shaders[k]` belongs to Scene::shaders[k]. [main]
+  Lights(const Geometry& geometry, std::span<const ShaderInstance* const> shaders);
+  ~Lights();
+
+  size_t count() const { return lights_.size(); }
+  PatinaLightKind kind(uint32_t light) const { return lights_[light].kind; }
+  bool castsShadows(uint32_t light) const { return lights_[light].castsShadows; }
+  /// Radiance that hardly depends on direction: found better by sampling the surface's lobes than by sampling
+  /// the light.
+  bool isSmooth(uint32_t light) const { return lights_[light].smooth; }
+  bool isDelta(uint32_t light) const { return lights_[light].kind == PATINA_LIGHT_DELTA; }
+  bool twoSided(uint32_t light) const { return lights_[light].twoSided; }
+  bool seenByCamera(uint32_t light) const { return lights_[light].cameraVisible; }
+  float power(uint32_t light) const { return lights_[light].power; }
+  /// Lights of kind INFINITE, ascending.
+  std::span<const uint32_t> infinite() const { return infinite_; }
+
+  /// One sample for each point. [any thread]
+  void sample(uint32_t light, std::span<const V3f> points, std::span<const V2f> random,
+              std::span<LightSample> out) const;
+  /// RI's Cl of an ambient light at each point.
+  void ambient(uint32_t light, std::span<const V3f> points, std::span<Rgb> out) const;
+  /// Radiance of an infinite light from directions, and the density with which sample() picks them.
+  void evaluate(uint32_t light, std::span<const V3f> points, std::span<const V3f> directions,
+                std::span<Rgb> radiance, std::span<float> pdf) const;
+  /// Radiance that a point of an area light sends in unit `direction`.
+  Rgb emitted(uint32_t light, const ShadingPoint& point, const V3f& direction, const V2f& surfaceUv) const;
+  /// Density with which sample() picks, from `from`, a point met on the light's surface.
+  float areaPdf(uint32_t light, const V3f& from, const ShadingPoint& onLight) const;
+
+ private:
+  struct Statistics;
+  struct Entry {
+    const ShaderInstance* shader = nullptr;
+    PatinaLightKind kind = PATINA_LIGHT_NONE;
+    bool castsShadows = true, smooth = false, twoSided = false, cameraVisible = false;
+    float power = 1;
+    std::unique_ptr<Emitters> emitters;
+    std::unique_ptr<Statistics> statistics;
+  };
+  PatinaStatus call(const Entry& light, const PatinaLightIn& in, PatinaLightOut& out) const;
+
+  std::vector<Entry> lights_;
+  std::vector<uint32_t> infinite_;
+};
+
+}  // namespace patina
