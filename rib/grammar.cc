@@ -54,14 +54,15 @@ constexpr auto endArray = [](auto& ctx) { session(ctx).endArray(here(ctx), true)
 constexpr auto unclosedArray = [](auto& ctx) { session(ctx).endArray(here(ctx), false); };
 constexpr auto beginStray = [](auto& ctx) { x3::_pass(ctx) = session(ctx).beginStray(here(ctx)); };
 
+// Each token takes the blanks behind it, so that none is read twice.
 const auto nested = x3::char_('[')[beginArray];
 const auto element = numbers | string | floatArray | nested | strayWord | strayByte;
-const auto array = x3::char_('[')[beginArray] >> *(blank >> element) >> blank >>
+const auto array = x3::char_('[')[beginArray] >> blank >> *(element >> blank) >>
                    (x3::char_(']')[endArray] | x3::eps[unclosedArray]);
 const auto value = numbers | string | array | floatArray | strayByte;
-const auto request = word[beginRequest] >> *(blank >> value) >> blank >> x3::eps[endRequest];
-const auto stray = x3::eps[beginStray] >> +(blank >> value);
-const auto file = *(blank >> (request | stray)) >> blank;
+const auto request = word[beginRequest] >> blank >> *(value >> blank) >> x3::eps[endRequest];
+const auto stray = x3::eps[beginStray] >> +(value >> blank);
+const auto file = blank >> *(request | stray);
 
 }  // namespace
 
