@@ -74,7 +74,7 @@ std::string encode(const ImageData& image, const ExrSettings& s) {
   Imf::Header header(display, data, 1, {0, 0}, 1, Imf::INCREASING_Y, compressionFor(s.compression));
   for (const auto& [name, value] : s.attributes) header.insert(name, Imf::StringAttribute(value));
   if (s.worldToCamera) header.insert("worldToCamera", Imf::M44fAttribute(matrix(*s.worldToCamera)));
-  if (s.worldToScreen) header.insert("worldToNDC", Imf::M44fAttribute(matrix(*s.worldToScreen)));
+  if (s.worldToScreen) header.insert("worldToScreen", Imf::M44fAttribute(matrix(*s.worldToScreen)));
 
   const auto channels = static_cast<std::size_t>(image.channels);
   const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);

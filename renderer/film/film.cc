@@ -6,10 +6,14 @@
 #include <cmath>
 
 #include "renderer/base/math.h"
+#include "renderer/base/statistics.h"
 
 namespace patina {
 
 namespace {
+
+STAT_COUNTER("Film/samples", sampleCounter);
+STAT_COUNTER("Film/samples refused", refusedCounter);
 
 constexpr int kLargestRaster = 1 << 16;             // pixels per side
 constexpr std::uint64_t kLargestFilm = 1ull << 32;  // floats
@@ -274,6 +278,8 @@ void Film::merge(int index) {
   }
   samples_ += tile.samples_;
   refused_ += tile.refused_;
+  sampleCounter += static_cast<std::int64_t>(tile.samples_);
+  refusedCounter += static_cast<std::int64_t>(tile.refused_);
 }
 
 std::size_t Film::pixelOffset(int x, int y) const {

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "renderer/base/statistics.h"
 #include "renderer/film/exr.h"
 
 namespace patina {
@@ -18,6 +19,8 @@ namespace patina {
 namespace fs = std::filesystem;
 
 namespace {
+
+STAT_COUNTER("Film/image module loads", loadCounter);
 
 constexpr const char* kModuleFile = "patina_oiio.so";
 
@@ -60,6 +63,7 @@ LoadedModule loadModule() {
       if (module != nullptr && module->version == PATINA_IMAGE_MODULE_VERSION) {
         result.module = module;
         loaded = true;
+        ++loadCounter;
         return result;
       }
       reason = "not an image module of version " + std::to_string(PATINA_IMAGE_MODULE_VERSION);

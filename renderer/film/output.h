@@ -26,8 +26,9 @@ struct OutputSettings {
   std::string displayView;         // OpenColorIO view for what is made for looking at; empty = sRGB
   // Display's own parameters as text: "compression" or "exrcompression", "exrpixeltype" ("half" or "float").
   std::vector<std::pair<std::string, std::string>> parameters;
-  std::optional<std::array<float, 16>> worldToCamera, worldToScreen;  // row vectors; written as metadata
-  Location at;                                                        // of the Display request, for messages
+  std::optional<std::array<float, 16>> worldToCamera,
+      worldToScreen;  // row vectors; -1..1 over the screen window
+  Location at;        // of the Display request, for messages
 };
 
 // How values reach a file, by format and type:

@@ -2,7 +2,9 @@
 // Reads a scene's options into film and output settings.
 #include "renderer/film/scene_film.h"
 
-#include <cmath>
+#include <algorithm>
+
+#include "renderer/scene/camera.h"
 
 namespace patina {
 
@@ -16,25 +18,6 @@ std::array<float, 16> elements(const M44f& m) {
   std::array<float, 16> result;
   std::copy_n(m.getValue(), result.size(), result.begin());
   return result;
-}
-
-// To RI's screen space: x and y divided by depth and scaled by the field of view (perspective), z from near
-// to far in 0..1. An unbounded far plane leaves z at its limit.
-M44f cameraToScreen(const Camera& camera) {
-  const float n = camera.nearPlane, f = camera.farPlane;
-  M44f m;
-  if (!camera.perspective) {
-    m[2][2] = 1 / (f - n);
-    m[3][2] = -n / (f - n);
-    return m;
-  }
-  const float scale = 1 / std::tan(camera.fov * kPi / 360);
-  m[0][0] = m[1][1] = scale;
-  m[2][2] = f / (f - n);
-  m[3][2] = -n * (f / (f - n));
-  m[2][3] = 1;
-  m[3][3] = 0;
-  return m;
 }
 
 }  // namespace
@@ -62,7 +45,7 @@ FilmSettings filmSettings(const Options& options, ErrorHandler& errors) {
 std::vector<OutputSettings> outputSettings(const Scene& scene) {
   const Options& options = scene.options;
   const M44f worldToCamera(scene.camera.worldToCamera);
-  const M44f worldToScreen = worldToCamera * cameraToScreen(scene.camera);
+  const M44f worldToScreen(worldToNormalizedScreen(scene.camera));
   std::vector<OutputSettings> outputs;
   for (const DisplayRequest& request : options.displays) {
     OutputSettings& output = outputs.emplace_back();
