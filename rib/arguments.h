@@ -18,7 +18,9 @@ namespace patina {
 class Arguments {
  public:
   explicit Arguments(ParseSession& session)
-      : session_(session), pool_(session.pool()), ok_(!session.failed()) {}
+      : session_(session),
+        pool_(session.pool()),
+        ok_(!session.failed() || session.request()->usage.empty()) {}
 
   float number();
   int integer();

@@ -126,6 +126,10 @@ void ParseSession::beginRequest() {
   inRequest_ = true;
   at_ = lines_.mark(nameBegin_);
   request_ = findRibRequest(name_);
+  if (request_) return;
+  // Text that is no RIB at all is one error, not one for each of its words.
+  if (!afterUnknown_) reportUnknown();
+  reported_ = true;
 }
 
 bool ParseSession::endRequest() {
@@ -142,13 +146,8 @@ void ParseSession::carryOut() {
     if (name_ == "IfBegin") conditions_.push_back({at_, false, false, false, true});
     if (name_ != "ElseIf" && name_ != "Else" && name_ != "IfEnd") return;
   }
-  if (!request_) {
-    // Text that is no RIB at all is one error, not one for each of its words.
-    if (!(afterUnknown_ && pool_.values.empty())) reportUnknown();
-    afterUnknown_ = pool_.values.empty();
-    return;
-  }
-  afterUnknown_ = false;
+  afterUnknown_ = !request_ && pool_.values.empty();
+  if (!request_) return;
   // A request without arguments is carried out whatever stands behind it: the nesting depends on it.
   if (failed_ && !request_->usage.empty() && name_ != "IfBegin" && name_ != "ElseIf") return;
   Arguments arguments(*this);
@@ -156,12 +155,17 @@ void ParseSession::carryOut() {
 }
 
 void ParseSession::reportUnknown() {
-  reported_ = false;
-  inRequest_ = false;
-  if (name_.empty()) return error(RiError::BadRipCode, nameBegin_, "request code is not defined");
-  const std::string_view near = firstTime(name_) ? nearestRibRequest(name_) : std::string_view();
-  const std::string hint = near.empty() ? std::string() : fmt::format(" (did you mean {}?)", near);
-  error(RiError::Unregistered, nameBegin_, fmt::format("unknown request {}{}", name_.substr(0, 80), hint));
+  inRequest_ = false;  // the message names the request itself
+  if (name_.empty() && nameBegin_ + 1 == text_.data() + text_.size()) {
+    truncated(nameBegin_, "request code", nullptr);
+  } else if (name_.empty()) {
+    error(RiError::BadRipCode, nameBegin_, "request code is not defined");
+  } else {
+    const std::string_view near = firstTime(name_) ? nearestRibRequest(name_) : std::string_view();
+    const std::string hint = near.empty() ? std::string() : fmt::format(" (did you mean {}?)", near);
+    error(RiError::Unregistered, nameBegin_, fmt::format("unknown request {}{}", name_.substr(0, 80), hint));
+  }
+  inRequest_ = true;
 }
 
 void ParseSession::deliverComments() {

@@ -94,8 +94,9 @@ const char* ParseSession::definition(const char* p, const char* end) {
 
 const char* ParseSession::word(const char* p, const char* end) {
   if (byte(p) == kRequest) {
-    if (end - p < 2) return truncated(p, "request code", end);
     nameBegin_ = p;
+    name_ = {};
+    if (end - p < 2) return end;
     const std::string* name = tables_ ? &tables_->requests[byte(p + 1)] : nullptr;
     name_ = name ? std::string_view(*name) : std::string_view();
     return p + 2;
