@@ -11,12 +11,21 @@
 
 namespace patina {
 
-/// The domain of a face. Quad: (u, v) in the unit square. Triangle: u, v >= 0, u + v <= 1; the corners are (0,0), (1,0)
-/// and (0,1), so that (1-u-v, u, v) are the barycentric weights.
+/// The domain of a face. Quad: (u, v) in the unit square. Triangle: u, v >= 0, u + v <= 1; the corners are
+/// (0,0), (1,0) and (0,1), so that (1-u-v, u, v) are the barycentric weights.
 enum class FaceShape : uint8_t { Quad, Triangle };
 
 /// A point of the smooth surface, in object space. N is unit length and follows dPdu x dPdv of the face's own
 /// parameters, not the primitive's orientation. At poles and collapsed edges N is the limit, never zero.
+///
+/// Outside: while RI's current orientation agrees with the handedness of the object's coordinate system
+/// (which is so until Orientation or ReverseOrientation says otherwise, as both flip with a negative
+/// determinant), the outside is the side that N points to: dPdu x dPdv on parametric surfaces, (P1-P0) x
+/// (P2-P0) in the order of a polygon's vertices. Primitive::reversed is true exactly while the two disagree,
+/// and then the outside is the side of -N. The rule holds in object space: N goes to world space as a normal
+/// (by the inverse of the matrix that moves points) whatever the determinant, and is not to be recomputed
+/// from transformed dPdu and dPdv, whose cross product a mirroring matrix turns round. So no matrix makes a
+/// primitive or an instance reversed by itself.
 struct SurfacePoint {
   V3f P, N, dPdu, dPdv;
 };
@@ -50,19 +59,21 @@ class Surface {
   /// Which uniform value belongs to a face (the polygon, patch or base face that it is a part of).
   virtual uint32_t uniformIndex(uint32_t face) const = 0;
 
-  /// The primitive's own u, v of RI at a face's (u, v): 0 to 1 over a whole patch mesh or quadric; object x, y on
-  /// polygons. They are also the texture coordinates before TextureCoordinates, where no s, t or st is given.
+  /// The primitive's own u, v of RI at a face's (u, v): 0 to 1 over a whole patch mesh or quadric; object x,
+  /// y on polygons. They are also the texture coordinates before TextureCoordinates, where no s, t or st is
+  /// given.
   virtual V2f surfaceParameters(uint32_t face, float u, float v) const = 0;
 
-  /// Derivatives of surfaceParameters by the face's u and v, for texture footprints: (du/du, dv/dv) as lengths.
+  /// How fast surfaceParameters change, for texture footprints: the lengths of their derivatives by the
+  /// face's u and by its v.
   virtual V2f parameterScale(uint32_t face) const = 0;
 
   virtual Box3f bound() const = 0;  ///< object space
 
-  /// Tessellation of a surface that is not flat, for tracing: `cells` micropolygons along u and along v of every face,
-  /// out[face * (cells+1)^2 + j * (cells+1) + i] at u = i/cells, v = j/cells. Vertices on an edge that two faces share
-  /// are bit-identical in both, so that no ray passes between them. `cells` is a power of two.
-  /// [Only quad faces; the default evaluates each point and welds nothing.]
+  /// Tessellation of a surface that is not flat, for tracing: `cells` micropolygons along u and along v of
+  /// every face, out[face * (cells+1)^2 + j * (cells+1) + i] at u = i/cells, v = j/cells. Vertices on an edge
+  /// that two faces share are bit-identical in both, so that no ray passes between them. `cells` is a power
+  /// of two. [Only quad faces; the default evaluates each point and welds nothing.]
   virtual void tessellate(uint32_t cells, std::span<V3f> out) const;
 
   size_t memory() const { return memory_; }  ///< bytes held, for statistics
@@ -71,15 +82,16 @@ class Surface {
   size_t memory_ = 0;
 };
 
-/// Builds the surface of a primitive. Geometry that cannot be made sense of (no area, bad counts) is reported to
-/// `errors` with the primitive's location and gives nullptr; what can be mended is mended with a warning.
+/// Builds the surface of a primitive. Geometry that cannot be made sense of (no area, bad counts) is reported
+/// to `errors` with the primitive's location and gives nullptr; what can be mended is mended with a warning.
 /// The surface keeps references into `primitive`, which must outlive it.
 std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors);
 
 /// Finds a primitive variable by name; nullptr when there is none.
 const PrimVar* findVariable(const Primitive& primitive, std::string_view name);
 
-/// How many values a variable of a class has on this shape (RI 3.2, section 5): used by the scene to check counts.
+/// How many values a variable of a class has on this shape (RI 3.2, section 5): used by the scene to check
+/// counts.
 size_t valueCount(const Shape& shape, size_t vertexCount, StorageClass storage);
 
 }  // namespace patina

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the polygons of a request to faces: checks, the choice of diagonals, triangulation and its messages.
+#include <fmt/format.h>
+
+#include <array>
+
+#include "renderer/geometry/polygon_surface.h"
+#include "renderer/geometry/triangulate.h"
+
+namespace patina {
+namespace {
+
+/// Area vectors shorter than this times the squared longest edge count as zero.
+constexpr double kNoArea = 1e-12;
+
+/// Twice the area vector of a triangle; zero if the triangle is degenerate.
+V3d areaVector(const V3f& a, const V3f& b, const V3f& c) {
+  const V3d e(V3d(b) - V3d(a)), f(V3d(c) - V3d(a));
+  const V3d n = e.cross(f);
+  const double longest = std::max({e.length2(), f.length2(), (f - e).length2()});
+  return n.length2() > kNoArea * kNoArea * longest * longest ? n : V3d(0);
+}
+
+/// Whether the quad 0123 can be cut along the diagonal 1-3 into triangles that face the same way.
+bool cutsWell(const V3f& p0, const V3f& p1, const V3f& p2, const V3f& p3) {
+  return areaVector(p0, p1, p3).dot(areaVector(p2, p3, p1)) > 0;
+}
+
+}  // namespace
+
+struct PolygonSurface::Builder {
+  const PolygonArrays& arrays;
+  PointView points;
+  std::vector<Face>& faces;
+
+  /// What went wrong, how often, and with which polygon first.
+  enum Trouble { BadIndex, BadPoint, TooFewVertices, NoArea, Crossing, kTroubles };
+  std::array<size_t, kTroubles> count{};
+  std::array<size_t, kTroubles> first{};
+  Box3f bound;
+
+  std::vector<Triangulator::Point> plane;
+  std::vector<uint32_t> loops, corner;
+  std::vector<Triangulator::Triangle> triangles;
+  Triangulator triangulator;
+
+  Builder(const PolygonArrays& a, PointView p, std::vector<Face>& f) : arrays(a), points(p), faces(f) {}
+
+  void note(Trouble trouble, size_t polygon) {
+    if (count[trouble]++ == 0) first[trouble] = polygon;
+  }
+
+  V3f point(uint32_t c) const { return points[static_cast<size_t>(arrays.vertices[c])]; }
+
+  /// Checks a polygon's vertices; makes its part of the bound.
+  bool check(size_t polygon, uint32_t begin, uint32_t end) {
+    Box3f box;
+    for (uint32_t c = begin; c < end; ++c) {
+      const int vertex = arrays.vertices[c];
+      if (vertex < 0 || static_cast<size_t>(vertex) >= points.size()) return note(BadIndex, polygon), false;
+      const V3f p = points[static_cast<size_t>(vertex)];
+      if (!usable(p)) return note(BadPoint, polygon), false;
+      box.extendBy(p);
+    }
+    bound.extendBy(box);
+    return true;
+  }
+
+  void addPolygon(uint32_t polygon, uint32_t begin, std::span<const int> loopSizes) {
+    uint32_t end = begin;
+    for (int n : loopSizes) end += static_cast<uint32_t>(n);
+    if (loopSizes.empty() || loopSizes[0] < 3) return note(TooFewVertices, polygon);
+    if (!check(polygon, begin, end)) return;
+    const size_t before = faces.size();
+    if (loopSizes.size() == 1 && loopSizes[0] == 3)
+      addTriangle(polygon, begin, begin + 1, begin + 2);
+    else if (loopSizes.size() > 1 || loopSizes[0] > 4 || !addQuad(polygon, begin))
+      triangulate(polygon, begin, loopSizes);
+    if (faces.size() == before) note(NoArea, polygon);
+  }
+
+  void addTriangle(uint32_t polygon, uint32_t a, uint32_t b, uint32_t c) {
+    if (areaVector(point(a), point(b), point(c)) != V3d(0)) faces.push_back({{a, b, c}, polygon});
+  }
+
+  bool addQuad(uint32_t polygon, uint32_t c) {
+    const V3f p[4] = {point(c), point(c + 1), point(c + 2), point(c + 3)};
+    uint32_t turn = 0;
+    if (!cutsWell(p[0], p[1], p[2], p[3])) {
+      if (!cutsWell(p[1], p[2], p[3], p[0])) return false;
+      turn = 1;
+    }
+    faces.push_back({{c, kQuad, turn}, polygon});
+    return true;
+  }
+
+  void triangulate(uint32_t polygon, uint32_t begin, std::span<const int> loopSizes) {
+    // Newell's normal of the outline says which coordinate to drop.
+    const auto size = static_cast<uint32_t>(loopSizes[0]);
+    V3d normal(0);
+    const V3d origin(point(begin));
+    for (uint32_t i = 1; i + 1 < size; ++i)
+      normal += (V3d(point(begin + i)) - origin).cross(V3d(point(begin + i + 1)) - origin);
+    const double nx = std::abs(normal.x), ny = std::abs(normal.y), nz = std::abs(normal.z);
+    const unsigned drop = nx > ny && nx > nz ? 0 : ny > nz ? 1 : 2;
+    plane.clear();
+    loops.clear();
+    uint32_t c = begin;
+    for (int n : loopSizes) {
+      loops.push_back(static_cast<uint32_t>(n));
+      for (int i = 0; i < n; ++i, ++c) {
+        const V3d p(point(c));
+        plane.emplace_back(p[(drop + 1) % 3], p[(drop + 2) % 3]);
+      }
+    }
+    triangles.clear();
+    if (!triangulator.run(plane, loops, triangles) && !triangles.empty()) note(Crossing, polygon);
+    for (const auto& t : triangles) addTriangle(polygon, begin + t[0], begin + t[1], begin + t[2]);
+  }
+
+  /// True when every polygon has `sides` vertices and is one good face as it is.
+  bool isUniform(uint32_t sides) {
+    for (int n : arrays.loopsPerFace)
+      if (n != 1) return false;
+    for (int n : arrays.vertsPerLoop)
+      if (n != static_cast<int>(sides)) return false;
+    const auto corners = static_cast<uint32_t>(arrays.vertices.size());
+    for (uint32_t begin = 0; begin < corners; begin += sides) {
+      if (!check(begin / sides, begin, begin + sides)) return false;
+      const V3f a = point(begin), b = point(begin + 1), d = point(begin + 2);
+      if (sides == 3 ? areaVector(a, b, d) == V3d(0) : !cutsWell(a, b, d, point(begin + 3))) return false;
+    }
+    return true;
+  }
+
+  void addAll() {
+    size_t faceEstimate = arrays.vertices.size() - std::min(arrays.vertices.size(), 2 * arrays.faceCount());
+    faces.reserve(faceEstimate);
+    size_t loop = 0;
+    uint32_t begin = 0;
+    for (size_t polygon = 0; polygon < arrays.faceCount(); ++polygon) {
+      const auto n =
+          arrays.loopsPerFace.empty() ? size_t{1} : static_cast<size_t>(arrays.loopsPerFace[polygon]);
+      const auto sizes = arrays.vertsPerLoop.subspan(loop, n);
+      addPolygon(static_cast<uint32_t>(polygon), begin, sizes);
+      for (int size : sizes) begin += static_cast<uint32_t>(size);
+      loop += n;
+    }
+    if (faces.capacity() > faces.size() + faces.size() / 8) faces.shrink_to_fit();
+  }
+
+  void report(const Location& where, ErrorHandler& errors) const {
+    static constexpr std::array<const char*, kTroubles> kText{
+        "use a vertex that \"P\" does not have", "have a point that is not finite",
+        "have fewer than 3 vertices", "have no area",
+        "cross themselves or have a hole outside; their triangulation is a guess"};
+    const size_t polygons = arrays.faceCount();
+    for (size_t t = 0; t < kTroubles; ++t) {
+      if (count[t] == 0) continue;
+      const bool bad = t == BadIndex || t == BadPoint;
+      errors.report(bad ? Severity::Error : Severity::Warning, bad ? RiError::Range : RiError::BadArgument,
+                    where,
+                    fmt::format("{} of {} polygons {} (first: number {}){}", count[t], polygons, kText[t],
+                                first[t], t == Crossing ? "" : "; left out"),
+                    kText[t]);
+    }
+  }
+};
+
+namespace {
+
+/// The arrays' sums fit each other.
+bool consistent(const PolygonArrays& arrays) {
+  size_t loops = 0, vertices = 0;
+  for (int n : arrays.loopsPerFace) {
+    if (n < 0) return false;
+    loops += static_cast<size_t>(n);
+  }
+  for (int n : arrays.vertsPerLoop) {
+    if (n < 0) return false;
+    vertices += static_cast<size_t>(n);
+  }
+  return (arrays.loopsPerFace.empty() || loops == arrays.vertsPerLoop.size()) &&
+         vertices == arrays.vertices.size() && vertices < size_t{1} << 31;
+}
+
+}  // namespace
+
+std::unique_ptr<PolygonSurface> PolygonSurface::make(const PolygonArrays& arrays, const Primitive& primitive,
+                                                     ErrorHandler& errors) {
+  const auto points = findPoints(primitive);
+  if (!points) {
+    errors.report(Severity::Error, RiError::MissingData, primitive.where, "polygons need \"P\"");
+    return nullptr;
+  }
+  if (!consistent(arrays)) {
+    errors.report(Severity::Error, RiError::Consistency, primitive.where,
+                  "the polygons' numbers of loops and vertices do not add up to the vertices given");
+    return nullptr;
+  }
+  std::unique_ptr<PolygonSurface> surface(new PolygonSurface(arrays, *points));
+  const uint32_t sides = arrays.vertsPerLoop.empty() ? 0 : static_cast<uint32_t>(arrays.vertsPerLoop[0]);
+  if (Builder builder(arrays, *points, surface->faces_);
+      (sides == 3 || sides == 4) && builder.isUniform(sides)) {
+    surface->sides_ = sides;
+    surface->bound_ = builder.bound;
+  } else {
+    Builder all(arrays, *points, surface->faces_);
+    all.addAll();
+    all.report(primitive.where, errors);
+    surface->bound_ = all.bound;
+  }
+  if (surface->faceCount() == 0) {
+    errors.report(Severity::Error, RiError::BadArgument, primitive.where, "no polygon with an area is left");
+    return nullptr;
+  }
+  surface->memory_ = sizeof(PolygonSurface) + surface->faces_.capacity() * sizeof(Face);
+  return surface;
+}
+
+}  // namespace patina

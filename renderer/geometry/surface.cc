@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfaces of primitives: the common parts and the choice of the kind.
+#include "renderer/geometry/surface.h"
+
+#include "renderer/geometry/parametric_mesh_surface.h"
+#include "renderer/geometry/polygon_surface.h"
+#include "renderer/geometry/quadric_surface.h"
+#include "renderer/geometry/subdivision_surface.h"
+#include "renderer/scene/value_count.h"
+
+namespace patina {
+namespace {
+
+template <class... Visitors>
+struct Overloaded : Visitors... {
+  using Visitors::operator()...;
+};
+
+}  // namespace
+
+void Surface::tessellate(uint32_t cells, std::span<V3f> out) const {
+  const uint32_t side = cells + 1;
+  std::vector<V2f> uv;
+  for (uint32_t j = 0; j < side; ++j)
+    for (uint32_t i = 0; i < side; ++i)
+      uv.emplace_back(static_cast<float>(i) / static_cast<float>(cells),
+                      static_cast<float>(j) / static_cast<float>(cells));
+  std::vector<SurfacePoint> points(uv.size());
+  for (uint32_t face = 0; face < faceCount(); ++face) {
+    evaluateMany(face, uv, points);
+    for (size_t i = 0; i < points.size(); ++i) out[face * points.size() + i] = points[i].P;
+  }
+}
+
+std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors) {
+  return std::visit(
+      Overloaded{
+          [&](const PolygonMesh& mesh) -> std::unique_ptr<Surface> {
+            return PolygonSurface::make({mesh.loopsPerFace, mesh.vertsPerLoop, mesh.vertices}, primitive,
+                                        errors);
+          },
+          [&](const Quadric& quadric) -> std::unique_ptr<Surface> {
+            return QuadricSurface::make(quadric, primitive, errors);
+          },
+          [&](const ParametricMesh& mesh) -> std::unique_ptr<Surface> {
+            return ParametricMeshSurface::make(mesh, primitive, errors);
+          },
+          [&](const SubdivisionMesh& mesh) { return makeSubdivisionSurface(mesh, primitive, errors); }},
+      primitive.shape);
+}
+
+const PrimVar* findVariable(const Primitive& primitive, std::string_view name) {
+  for (const PrimVar& variable : primitive.variables)
+    if (variable.name == name) return &variable;
+  return nullptr;
+}
+
+size_t valueCount(const Shape& shape, size_t vertexCount, StorageClass storage) {
+  return valueCounts(shape, vertexCount).of(storage);
+}
+
+}  // namespace patina
