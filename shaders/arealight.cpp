@@ -21,7 +21,7 @@ struct AreaLight {
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
     if (p.sides == 2) context.set(PATINA_TRAIT_TWO_SIDED);
-    context.lightPower(p.intensity * p.lightcolor * (kPi * float(p.sides)));
+    context.lightPower(p.intensity * p.lightcolor * float(p.sides));
     return PATINA_OK;
   }
 

@@ -59,7 +59,10 @@ struct EnvLight {
     host_ = &context.host;
     setAxes(context.shaderToWorld());
     picture_ = context.openTexture(p.texturename);
-    if (!picture_) return PATINA_OK;
+    if (!picture_) {
+      context.set(PATINA_TRAIT_SMOOTH);
+      return PATINA_OK;
+    }
     const PatinaStatus status = buildTable();
     const float mean = columns_.empty() ? 0 : rows_[0].sum() * kPi / (2 * kHeight * kWidth);
     context.lightPower(scale_ * (kPi * mean));

@@ -24,6 +24,7 @@ void store(const M44d& matrix, float out[16]) {
 
 // One value of a parameter's type from shader to world space, in place.
 void transformValue(uint32_t type, float* v, const M44d& toWorld, const M44d& fromWorld) {
+  if (componentsOf(type) < 3) return;
   const V3d in(v[0], v[1], v[2]);
   V3d out = in;
   switch (type) {

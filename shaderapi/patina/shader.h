@@ -279,11 +279,12 @@ typedef enum PatinaEntry {
 #define PATINA_TRAIT_UNSHADOWED    (UINT64_C(1) << 5) /* a light that nothing occludes */
 #define PATINA_TRAIT_TWO_SIDED     (UINT64_C(1) << 6) /* an area light that emits from both sides */
 #define PATINA_TRAIT_CAMERA_VISIBLE (UINT64_C(1) << 7) /* an infinite light that the camera sees */
-#define PATINA_TRAIT_SMOOTH        (UINT64_C(1) << 8) /* an infinite light of hardly changing radiance: surfaces sample it better */
 #define PATINA_TRAIT_OPACITY_IS_OS (UINT64_C(1) << 8) /* opacity is the channel Os: known, and opaque where Os is one,
                                                          without a call */
 #define PATINA_TRAIT_TRANSPARENT   (UINT64_C(1) << 9) /* opacity is zero and emission black everywhere: rays pass as if
                                                          the surface was not there */
+#define PATINA_TRAIT_SMOOTH        (UINT64_C(1) << 10) /* an infinite light whose radiance hardly changes with the direction:
+                                                          surfaces sample it better than it does itself */
 
 /* What `prepare` found out from the parameters. Zeroed by the host before the call but for struct_size. Traits hold for
  * every batch: they may depend on uniform parameters only, for a primitive variable may replace a varying one. */
@@ -294,7 +295,8 @@ typedef struct PatinaTraits {
     uint64_t flags;                  /* PATINA_TRAIT_ bits */
     float displacement_bound;        /* world units: P never moves further */
     uint32_t light_kind;             /* PatinaLightKind */
-    float light_power;               /* a guess at relative emitted power, to choose among lights; 0 = unknown */
+    float light_power;               /* a guess at relative emitted power, to choose among lights; 0 = unknown. Of AREA lights
+                                        the mean radiance: the host knows their area */
     uint32_t reserved;
 } PatinaTraits;
 

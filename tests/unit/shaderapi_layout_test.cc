@@ -93,6 +93,7 @@ TEST(ShaderAbi, NumbersStayWhatTheyAre) {
   EXPECT_EQ(PATINA_TRAIT_CAMERA_VISIBLE, uint64_t(1) << 7);
   EXPECT_EQ(PATINA_TRAIT_OPACITY_IS_OS, uint64_t(1) << 8);
   EXPECT_EQ(PATINA_TRAIT_TRANSPARENT, uint64_t(1) << 9);
+  EXPECT_EQ(PATINA_TRAIT_SMOOTH, uint64_t(1) << 10);
 }
 
 }  // namespace
