@@ -248,7 +248,7 @@ void ParseSession::ifEnd() {
 }
 
 bool ParseSession::insideIf() {
-  if (conditions_.empty()) error(RiError::Nesting, nameBegin_, fmt::format("{} without IfBegin", name_));
+  if (conditions_.empty()) error(RiError::Nesting, nameBegin_, "no IfBegin is open");
   return !conditions_.empty();
 }
 

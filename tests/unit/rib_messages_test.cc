@@ -231,10 +231,9 @@ TEST(RibMessages, SingleRequests) {
 
 TEST(RibMessages, Nesting) {
   check({{"IfEnd Else ElseIf \"x\" Sides 2",
-          {"t.rib:1:1: error: nesting: IfEnd: IfEnd without IfBegin",
-           "t.rib:1:7: error: nesting: Else: Else without "
-           "IfBegin",
-           "t.rib:1:12: error: nesting: ElseIf: ElseIf without IfBegin"},
+          {"t.rib:1:1: error: nesting: IfEnd: no IfBegin is open",
+           "t.rib:1:7: error: nesting: Else: no IfBegin is open",
+           "t.rib:1:12: error: nesting: ElseIf: no IfBegin is open"},
           {"Sides 2"}},
          {"Sides 2 IfBegin \"x\" Sides 1",
           {"t.rib:1:9: error: nesting: IfBegin has no IfEnd"},
