@@ -12,8 +12,7 @@
 
 namespace patina {
 
-// ---- Archives
-// ------------------------------------------------------------------------------------------------------
+// ---- Archives ---------------------------------------------------------------------------------------------
 
 std::vector<std::string> SceneBuilder::archiveFolders(const Location& at) const {
   // Last of all the places that every file may mean: beside the file that asks, beside the first one, and
@@ -105,8 +104,7 @@ void SceneBuilder::procedural(std::string_view kind, Strings args, const Bounds6
   }
 }
 
-// ---- Conditions
-// ----------------------------------------------------------------------------------------------------
+// ---- Conditions -------------------------------------------------------------------------------------------
 
 void SceneBuilder::setUserValues(std::string_view kind, std::string_view name, const ParamList& params) {
   if (name != "user") return;

@@ -117,8 +117,7 @@ void SceneBuilder::sides(int sides, const Location& at) {
   changeAttributes().oneSided = sides == 1;
 }
 
-// ---- Orientation
-// ---------------------------------------------------------------------------------------------------
+// ---- Orientation ------------------------------------------------------------------------------------------
 
 void SceneBuilder::orientation(std::string_view orientation, const Location& at) {
   // Camera space is left-handed; inside a world block the current transformation leads to it by way of the
@@ -142,8 +141,7 @@ void SceneBuilder::orientation(std::string_view orientation, const Location& at)
 
 void SceneBuilder::reverseOrientation(const Location&) { state_.inside = !state_.inside; }
 
-// ---- Level of detail
-// -----------------------------------------------------------------------------------------------
+// ---- Level of detail --------------------------------------------------------------------------------------
 
 void SceneBuilder::detail(const Bounds6& bound, const Location& at) {
   if (!(bound[0] <= bound[1] && bound[2] <= bound[3] && bound[4] <= bound[5])) {
@@ -169,8 +167,7 @@ void SceneBuilder::geometricRepresentation(std::string_view type, const Location
   if (type == "points" || type == "lines") unhandled(fmt::format("GeometricRepresentation \"{}\"", type), at);
 }
 
-// ---- Attribute
-// -----------------------------------------------------------------------------------------------------
+// ---- Attribute --------------------------------------------------------------------------------------------
 
 void SceneBuilder::attribute(std::string_view name, const ParamList& params, const Location& at) {
   if (laterMotionSample()) return;

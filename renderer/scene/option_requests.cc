@@ -20,10 +20,11 @@ void passOver(const ParamList& params, Names names) {
 }
 
 constexpr std::string_view kIgnoredLimits[] = {
-    "gridsize",         "eyesplits",       "zthreshold",        "othreshold",      "brickmemory",
-    "deepshadowmemory", "deepshadowtiles", "proceduralmemory",  "octreememory",    "pointmemory",
-    "ptexturemaxfiles", "ptexturememory",  "hairmemory",        "threads",         "shadesize",
-    "rendermemory",     "rendertime",      "matrixcachememory", "deepshadowerror", "texturefiles"};
+    "gridsize",    "geommemory",       "eyesplits",       "zthreshold",        "othreshold",
+    "brickmemory", "deepshadowmemory", "deepshadowtiles", "proceduralmemory",  "octreememory",
+    "pointmemory", "ptexturemaxfiles", "ptexturememory",  "hairmemory",        "threads",
+    "shadesize",   "rendermemory",     "rendertime",      "matrixcachememory", "deepshadowerror",
+    "texturefiles"};
 constexpr std::string_view kIgnoredHider[] = {
     "jitter",          "incremental",      "adaptall",         "pixelfiltermode",
     "darkfalloff",     "minextrasamples",  "adaptivemetric",   "bluenoise",
@@ -176,7 +177,7 @@ void SceneBuilder::hider(std::string_view type, const ParamList& params, const L
 void SceneBuilder::integrator(std::string_view name, Handle, const ParamList&, const Location& at) {
   if (name == "PxrPathTracer" || name == "PxrUnified" || name == "PxrVCM") {
     riMode_ = "path";
-  } else if (name == "PxrDirectLighting") {
+  } else if (name == "PxrDirectLighting" || name == "PxrDirectlighting") {
     riMode_ = "direct";
   } else {
     unhandled(fmt::format("Integrator \"{}\"", name), at);

@@ -55,14 +55,13 @@ M44f toMatrix44f(const RibMatrix& values) { return M44f(toMatrix(values)); }
 
 }  // namespace
 
-// ---- Into the scene
-// ------------------------------------------------------------------------------------------------
+// ---- Into the scene ---------------------------------------------------------------------------------------
 
 bool SceneBuilder::mayDraw(const Location& at) {
   if (laterMotionSample()) return false;
   if (!inWorld() && !inObject()) {
-    error(RiError::IllState, at, "primitives outside of WorldBegin and ObjectBegin are ignored",
-          "outside of world");
+    errors_.reportOnce(Severity::Error, RiError::IllState, at, "outside of world",
+                       "primitives outside of WorldBegin and ObjectBegin are ignored");
     return false;
   }
   // A level of detail is drawn from the middle of its lower to the middle of its upper transition.
@@ -92,8 +91,7 @@ void SceneBuilder::addPrimitive(Shape shape, const ParamList& params, const Loca
   (inObject() ? scene_.objects.back().primitives : scene_.primitives).push_back(std::move(primitive));
 }
 
-// ---- Polygons
-// ------------------------------------------------------------------------------------------------------
+// ---- Polygons ---------------------------------------------------------------------------------------------
 
 void SceneBuilder::addPolygonMesh(PolygonMesh mesh, const ParamList& params, const Location& at) {
   std::string problem = countProblem(mesh.loopsPerFace, mesh.vertsPerLoop.size(), "loops");
@@ -154,8 +152,7 @@ void SceneBuilder::pointsGeneralPolygons(Ints loopCounts, Ints vertexCounts, Int
   addPolygonMesh({copied(loopCounts), copied(vertexCounts), copied(vertices)}, params, at);
 }
 
-// ---- Patches
-// -------------------------------------------------------------------------------------------------------
+// ---- Patches ----------------------------------------------------------------------------------------------
 
 void SceneBuilder::basis(const RibBasis& u, int uStep, const RibBasis& v, int vStep, const Location& at) {
   if (uStep < 1 || vStep < 1)
@@ -201,8 +198,7 @@ void SceneBuilder::patchMesh(std::string_view type, int nu, std::string_view uWr
   addPrimitive(std::move(mesh), params, at);
 }
 
-// ---- Subdivision meshes
-// --------------------------------------------------------------------------------------------
+// ---- Subdivision meshes -----------------------------------------------------------------------------------
 
 void SceneBuilder::subdivisionMesh(std::string_view scheme, Ints vertexCounts, Ints vertices,
                                    const SubdivisionTags& tags, const ParamList& params, const Location& at) {

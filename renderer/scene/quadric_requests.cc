@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seven quadrics.
+// The seven quadrics, and the eighth.
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "renderer/scene/scene_builder.h"
+#include "renderer/scene/teapot.h"
 
 namespace patina {
 
@@ -59,7 +60,15 @@ void SceneBuilder::torus(float majorRadius, float minorRadius, float phiMin, flo
 
 void SceneBuilder::geometry(std::string_view type, const ParamList& params, const Location& at) {
   for (const Param& param : params) param.used = true;
-  unhandled(fmt::format("Geometry \"{}\"", type), at);
+  if (type != "teapot") return unhandled(fmt::format("Geometry \"{}\"", type), at);
+  if (!mayDraw(at)) return;
+  for (const TeapotPart& part : teapot()) {
+    Param points;
+    points.declaration = {StorageClass::Vertex, ValueType::Point, 1, false, true, "P"};
+    points.floats = part.points;
+    points.location = at;
+    addPrimitive(part.mesh, ParamList(std::span(&points, 1)), at);
+  }
 }
 
 }  // namespace patina

@@ -21,8 +21,7 @@ namespace patina {
 
 inline constexpr uint32_t kNone = 0xffffffffu;
 
-// ---- Shader bindings
-// ---------------------------------------------------------------------------------------------
+// ---- Shader bindings --------------------------------------------------------------------------------------
 
 /// One argument of a shader as the RIB gives it; point-like values are in the binding's shader space.
 struct ShaderArgument {
@@ -43,8 +42,7 @@ struct ShaderBinding {
   Location where;
 };
 
-// ---- Attributes
-// --------------------------------------------------------------------------------------------------
+// ---- Attributes -------------------------------------------------------------------------------------------
 
 /// Kinds of rays; the bits of a primitive's visibility.
 enum RayMask : uint32_t {
@@ -77,8 +75,7 @@ struct Attributes {
   bool operator==(const Attributes&) const = default;
 };
 
-// ---- Primitives
-// --------------------------------------------------------------------------------------------------
+// ---- Primitives -------------------------------------------------------------------------------------------
 
 /// A primitive variable, checked: `floats` (or ints, strings) hold exactly as many values as its class asks
 /// for on its primitive. Object space for points, vectors and normals.
@@ -166,8 +163,7 @@ struct Light {
   std::string handle;
 };
 
-// ---- Options
-// -----------------------------------------------------------------------------------------------------
+// ---- Options ----------------------------------------------------------------------------------------------
 
 struct Camera {
   bool perspective = true;

@@ -39,6 +39,8 @@ SceneBuilder::SceneBuilder(SceneBuilderSettings settings, ErrorHandler& errors, 
   state_.basisU = state_.basisV = {bezier, 3};
 }
 
+SceneBuilder::~SceneBuilder() = default;
+
 bool SceneBuilder::readFile(const std::string& path) {
   if (path != "-") archiveChain_.push_back({path, canonicalPath(path)});
   const bool read = parser_.parseFile(path);
@@ -61,11 +63,10 @@ void SceneBuilder::finish() {
     closeTop(block.where);
   }
   blocksTooDeep_ = 0;
-  reportUnhandled();
+  reportNotices();
 }
 
-// ---- Messages
-// ------------------------------------------------------------------------------------------------------
+// ---- Messages ---------------------------------------------------------------------------------------------
 
 void SceneBuilder::error(RiError code, const Location& at, std::string_view message, std::string_view key) {
   errors_.report(Severity::Error, code, at, message, key);
@@ -76,18 +77,20 @@ void SceneBuilder::warning(RiError code, const Location& at, std::string_view me
 }
 
 void SceneBuilder::unhandled(std::string_view request, const Location& at) {
-  auto entry = unhandled_.find(request);
-  if (entry == unhandled_.end()) entry = unhandled_.emplace(std::string(request), Unhandled{at, 0}).first;
-  ++entry->second.count;
+  countNotice(fmt::format("request {} is not carried out yet", request), at);
 }
 
-void SceneBuilder::reportUnhandled() {
-  for (const auto& [request, seen] : unhandled_) {
-    const std::string times = seen.count == 1 ? "once" : fmt::format("{} times", seen.count);
-    errors_.reportOnce(Severity::Warning, RiError::Unimplemented, seen.first, "unhandled " + request,
-                       fmt::format("request {} is not carried out yet ({})", request, times));
+void SceneBuilder::countNotice(const std::string& message, const Location& at) {
+  ++notices_.try_emplace(message, Notice{at, 0}).first->second.count;
+}
+
+void SceneBuilder::reportNotices() {
+  for (const auto& [message, notice] : notices_) {
+    const std::string times = notice.count == 1 ? "once" : fmt::format("{} times", notice.count);
+    errors_.reportOnce(Severity::Warning, RiError::Unimplemented, notice.first, message,
+                       fmt::format("{} ({})", message, times));
   }
-  unhandled_.clear();
+  notices_.clear();
 }
 
 std::optional<Declaration> SceneBuilder::declarationOf(std::string_view request, std::string_view name,
@@ -95,20 +98,13 @@ std::optional<Declaration> SceneBuilder::declarationOf(std::string_view request,
   return settings_.declarationOf ? settings_.declarationOf(request, name, parameter) : std::nullopt;
 }
 
-void SceneBuilder::errorHandler(std::string_view style, const Location& at) {
-  if (style == "ignore") {
-    errors_.setStyle(ErrorStyle::Ignore);
-  } else if (style == "print") {
-    errors_.setStyle(ErrorStyle::Print);
-  } else if (style == "abort") {
-    errors_.setStyle(ErrorStyle::Abort);
-  } else {
-    error(RiError::BadToken, at, fmt::format("ErrorHandler \"{}\": expected ignore, print or abort", style));
-  }
+void SceneBuilder::errorHandler(std::string_view style, const Location&) {
+  errors_.setStyle(style == "ignore"  ? ErrorStyle::Ignore
+                   : style == "abort" ? ErrorStyle::Abort
+                                      : ErrorStyle::Print);
 }
 
-// ---- Blocks
-// --------------------------------------------------------------------------------------------------------
+// ---- Blocks -----------------------------------------------------------------------------------------------
 
 bool SceneBuilder::open(BlockKind kind, const Location& at) {
   if (blocks_.depth() >= settings_.blockDepth) {
@@ -209,8 +205,7 @@ void SceneBuilder::closeTop(const Location&) {
   }
 }
 
-// ---- Frames and worlds
-// ---------------------------------------------------------------------------------------------
+// ---- Frames and worlds ------------------------------------------------------------------------------------
 
 void SceneBuilder::frameBegin(int number, const Location& at) {
   if (inWorld() || inObject()) {
@@ -265,12 +260,11 @@ void SceneBuilder::endWorld() {
   scene_.camera = camera_;
   scene_.camera.worldToCamera = worldToCamera;
   resolveFrame(scene_.options, scene_.camera);
-  reportUnhandled();
+  reportNotices();
   if (!errors_.aborted() && onWorld_) onWorld_(scene_);
 }
 
-// ---- Solids and motion
-// ---------------------------------------------------------------------------------------------
+// ---- Solids and motion ------------------------------------------------------------------------------------
 
 void SceneBuilder::solidBegin(std::string_view operation, const Location& at) {
   // Without solid modelling every operand is drawn, which is right for unions of opaque solids.

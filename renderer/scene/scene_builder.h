@@ -38,6 +38,7 @@ class SceneBuilder final : public RibHandler {
   using OnWorld = std::function<void(Scene&)>;
 
   SceneBuilder(SceneBuilderSettings settings, ErrorHandler& errors, OnWorld onWorld);
+  ~SceneBuilder() override;
 
   /// Reads a whole RIB: a file ("-" = standard input), or text with a name for messages. A world that is
   /// still open at the end is reported and handed out. False if it could not be read to its end.
@@ -47,7 +48,7 @@ class SceneBuilder final : public RibHandler {
  private:
   struct WorldStart;
   struct FrameStart;
-  struct Unhandled {
+  struct Notice {
     Location first;
     size_t count = 0;
   };
@@ -180,7 +181,8 @@ class SceneBuilder final : public RibHandler {
   // Messages
   void error(RiError code, const Location& at, std::string_view message, std::string_view key = {});
   void warning(RiError code, const Location& at, std::string_view message, std::string_view key = {});
-  void reportUnhandled();
+  void countNotice(const std::string& message, const Location& at);
+  void reportNotices();  ///< each once, with its count
 
   // Blocks
   bool open(BlockKind kind, const Location& at);
@@ -255,7 +257,7 @@ class SceneBuilder final : public RibHandler {
   std::vector<OpenArchive> archiveChain_;  // being read, outermost first
   size_t archivesRead_ = 0;
   std::map<std::string, std::string, std::less<>> userValues_;  // "user:pass" -> value, for conditions
-  std::map<std::string, Unhandled, std::less<>> unhandled_;
+  std::map<std::string, Notice> notices_;
 };
 
 }  // namespace patina

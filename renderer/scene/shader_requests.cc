@@ -54,7 +54,9 @@ uint32_t SceneBuilder::addShader(std::string_view name, const ParamList& params,
     const Declaration& declaration = param.declaration;
     const size_t count = param.floats.size() + param.ints.size() + param.strings.size();
     if (declaration.reference) {
-      unhandled(fmt::format("connection of \"{}\"", param.name()), param.location);
+      countNotice(fmt::format("shader connections are not followed: \"{}\" of \"{}\" keeps its default",
+                              param.name(), name),
+                  param.location);
       continue;
     }
     if (count == 0) continue;  // an empty array: the shader's default
@@ -114,11 +116,10 @@ void SceneBuilder::bxdf(std::string_view name, Handle, const ParamList& params, 
   changeAttributes().surface = shader;
   state_.bxdfColor = bxdfColorOf(name, params);
   for (const Param& param : params) param.used = true;
-  if (name != "PxrDiffuse") unhandled(fmt::format("Bxdf \"{}\" (drawn as matte)", name), at);
+  if (name != "PxrDiffuse") countNotice(fmt::format("Bxdf \"{}\" is drawn as matte", name), at);
 }
 
-// ---- Lights
-// --------------------------------------------------------------------------------------------------------
+// ---- Lights -----------------------------------------------------------------------------------------------
 
 uint32_t SceneBuilder::addLight(std::string_view name, Handle handle, bool isArea, const ParamList& params,
                                 const Location& at) {

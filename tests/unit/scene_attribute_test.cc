@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// Attributes, light lists and shader bindings.
+#include "renderer/scene/matrices.h"
+#include "scene_fixture.h"
+
+namespace patina {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+TEST(Attributes, ScopeAndSharing) {
+  const Built built = buildClean(
+      "ShadingRate 4 WorldBegin Color 1 0 0 Sphere 1 -1 1 360 Sphere 1 -1 1 360 AttributeBegin Color [0 1 0] "
+      "Sides 1 "
+      "Sphere 1 -1 1 360 AttributeEnd Sphere 1 -1 1 360 Color 0 1 0 Sides 1 Sphere 1 -1 1 360 WorldEnd");
+  const Scene& scene = built.world();
+  EXPECT_THAT(scene.attributes, SizeIs(2));
+  EXPECT_EQ(scene.primitives[0].attributes, scene.primitives[1].attributes);
+  EXPECT_EQ(scene.primitives[0].attributes, scene.primitives[3].attributes);
+  EXPECT_EQ(scene.primitives[2].attributes, scene.primitives[4].attributes);
+  EXPECT_EQ(built.attributesOf(2).color, Rgb(0, 1, 0));
+  EXPECT_TRUE(built.attributesOf(2).oneSided);
+  EXPECT_FALSE(built.attributesOf(3).oneSided);
+  EXPECT_EQ(built.attributesOf(0).shadingRate, 4);
+}
+
+TEST(Attributes, RepeatedShadersAreStoredOnce) {
+  std::string text = "WorldBegin\n";
+  for (int i = 0; i < 1000; ++i) text += "Surface \"plastic\" \"Kd\" .5 Polygon \"P\" [0 0 0 1 0 0 0 1 0]\n";
+  const Scene scene = buildClean(text +
+                                 "Surface \"plastic\" \"Kd\" .6 Sphere 1 -1 1 360 Translate 1 0 0 "
+                                 "Surface \"plastic\" \"Kd\" .6 Sphere 1 -1 1 360 WorldEnd")
+                          .world();
+  EXPECT_THAT(scene.shaders, SizeIs(3));
+  EXPECT_THAT(scene.attributes, SizeIs(3));
+}
+
+TEST(Attributes, ShaderArgumentsAndSpace) {
+  const Built built = build(
+      "Declare \"knots\" \"uniform float[3]\"\nWorldBegin Translate 1 2 3\n"
+      "Surface \"s\" \"float Kd\" 2 \"color c\" [1 2 3] \"knots\" [4 5 6] \"string n\" \"x\" \"color d\" [1 "
+      "2] \"texturename\" []\n"
+      "Sphere 1 -1 1 360 WorldEnd");
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre("t.rib:3:75: warning: badparamlist: parameter \"d\" of \"s\" has 2 values, expected 3 "
+                  "(uniform color d): left at its default"));
+  const ShaderBinding& shader = built.world().shaders.at(built.attributesOf(0).surface);
+  expectMatrix(shader.shaderToWorld, translation(1, 2, 3), 0);
+  ASSERT_THAT(shader.arguments, SizeIs(4));
+  EXPECT_THAT(shader.arguments[1].floats, ElementsAre(1, 2, 3));
+  EXPECT_EQ(shader.arguments[1].type, ValueType::Color);
+  EXPECT_EQ(shader.arguments[2].arrayLength, 3);
+  EXPECT_THAT(shader.arguments[3].strings, ElementsAre("x"));
+  EXPECT_EQ(shader.arguments[0].where.column, 13u);
+}
+
+TEST(Attributes, VisibilityInItsSpellings) {
+  const auto visibility = [](std::string_view attribute) {
+    return buildClean("WorldBegin " + std::string(attribute) + " Sphere 1 -1 1 360 WorldEnd").attributesOf(0);
+  };
+  EXPECT_EQ(visibility("Attribute \"visibility\" \"int camera\" 0 \"int diffuse\" [0]").visibility,
+            kSpecularRay | kTransmissionRay);
+  EXPECT_EQ(visibility("Attribute \"visibility\" \"int trace\" 0").visibility, kCameraRay | kTransmissionRay);
+  EXPECT_FALSE(visibility("Attribute \"visibility\" \"string transmission\" \"transparent\"").castsShadows);
+  EXPECT_TRUE(visibility("Attribute \"visibility\" \"string transmission\" \"opaque\"").castsShadows);
+  EXPECT_FALSE(visibility("Attribute \"render\" \"string casts_shadows\" \"none\"").castsShadows);
+}
+
+TEST(Attributes, TraceDepthsNamesAndBounds) {
+  const Built built = buildClean(
+      "WorldBegin Attribute \"trace\" \"int maxdiffusedepth\" 5 \"float bias\" .1 Attribute \"identifier\" "
+      "\"name\" \"teapot\"\n"
+      "Scale 2 2 2 Attribute \"displacementbound\" \"sphere\" 3 \"coordinatesystem\" \"world\" Sphere 1 -1 1 "
+      "360\n"
+      "Attribute \"displacementbound\" \"sphere\" [3] Sphere 1 -1 1 360 WorldEnd");
+  EXPECT_EQ(built.attributesOf(0).maxDiffuseDepth, 5);
+  EXPECT_EQ(built.attributesOf(0).maxSpecularDepth, 2);
+  EXPECT_EQ(built.attributesOf(0).name, "teapot");
+  EXPECT_FLOAT_EQ(built.attributesOf(0).displacementBound,
+                  1.5f);  // 3 in the world is 1.5 in a space scaled by 2
+  EXPECT_FLOAT_EQ(built.attributesOf(1).displacementBound, 3);
+}
+
+TEST(Attributes, WrongValues) {
+  const Built built = build(
+      "WorldBegin\nColor [1 2]\nShadingRate 0\nSides 3\nOrientation \"up\"\nShadingInterpolation \"bob\"\n"
+      "DetailRange 3 2 1 0\nWorldEnd");
+  EXPECT_EQ(built.status, 1);
+  EXPECT_THAT(built.messages,
+              ElementsAre(HasSubstr("t.rib:2:1: error: badcolor: Color has 2 values"),
+                          HasSubstr("t.rib:3:1: error: range: ShadingRate 0"),
+                          HasSubstr("t.rib:4:1: error: range: Sides 3"),
+                          HasSubstr("t.rib:5:1: error: badtoken: Orientation \"up\""),
+                          HasSubstr("t.rib:6:1: error: badtoken: ShadingInterpolation \"bob\""),
+                          HasSubstr("t.rib:7:1: error: range: DetailRange")));
+}
+
+// ---- Lights
+// --------------------------------------------------------------------------------------------------------
+
+TEST(Lights, ListsFollowBlocksAndIlluminate) {
+  const Built built = buildClean(
+      "WorldBegin LightSource \"pointlight\" 1 LightSource \"distantlight\" \"key\" Sphere 1 -1 1 360 "
+      "Illuminate 1 0 "
+      "Sphere 1 -1 1 360 AttributeBegin Illuminate \"key\" 0 LightSource \"ambientlight\" Sphere 1 -1 1 360 "
+      "AttributeEnd "
+      "Sphere 1 -1 1 360 Illuminate 1 1 Sphere 1 -1 1 360 WorldEnd");
+  EXPECT_THAT(built.attributesOf(0).lights, ElementsAre(0, 1));
+  EXPECT_THAT(built.attributesOf(1).lights, ElementsAre(1));
+  EXPECT_THAT(built.attributesOf(2).lights, ElementsAre(2));
+  EXPECT_THAT(built.attributesOf(3).lights, ElementsAre(1));
+  EXPECT_THAT(built.attributesOf(4).lights, ElementsAre(0, 1));
+}
+
+TEST(Lights, AHandleUsedAgainNamesTheNewLight) {
+  const Built built = buildClean(
+      "WorldBegin LightSource \"pointlight\" 1 LightSource \"pointlight\" 2 LightSource \"pointlight\" 1 "
+      "\"intensity\" 3 "
+      "Sphere 1 -1 1 360 LightSource \"pointlight\" 1 \"intensity\" 3 Sphere 1 -1 1 360 WorldEnd");
+  EXPECT_THAT(built.attributesOf(0).lights, ElementsAre(1, 2));
+  EXPECT_EQ(built.world().primitives[0].attributes, built.world().primitives[1].attributes);
+  EXPECT_THAT(built.world().lights, SizeIs(3));  // the fourth is the third again
+}
+
+TEST(Lights, AreaLightsEndWithTheirBlockAndIlluminateKeepsThem) {
+  // The form of ../shared/reference/cornell.rib.
+  const Built built = buildClean(
+      "WorldBegin AttributeBegin AreaLightSource \"arealight\" \"a\" \"float intensity\" 2 Sphere 1 -1 1 360 "
+      "AttributeEnd "
+      "Sphere 1 -1 1 360 Illuminate \"a\" 1 Sphere 1 -1 1 360 WorldEnd");
+  EXPECT_EQ(built.attributesOf(0).areaLight, 0u);
+  EXPECT_THAT(built.attributesOf(0).lights, ElementsAre(0));
+  EXPECT_EQ(built.attributesOf(1).areaLight, kNone);
+  EXPECT_THAT(built.attributesOf(1).lights, IsEmpty());
+  EXPECT_THAT(built.attributesOf(2).lights, ElementsAre(0));
+  EXPECT_TRUE(built.world().lights.at(0).isArea);
+}
+
+TEST(Lights, BeforeTheWorldTheyStandInCameraSpace) {
+  const Built built = build(
+      "LightSource \"pointlight\" 1 Translate 0 0 5 LightSource \"pointlight\" 2 WorldBegin Sphere 1 -1 1 "
+      "360 "
+      "LightSource \"pointlight\" 3 WorldEnd WorldBegin Sphere 1 -1 1 360 WorldEnd");
+  ASSERT_THAT(built.worlds, SizeIs(2));
+  for (const Scene& scene : built.worlds) {
+    expectMatrix(scene.shaders.at(scene.lights.at(0).shader).shaderToWorld, translation(0, 0, -5), 0);
+    expectMatrix(scene.shaders.at(scene.lights.at(1).shader).shaderToWorld, M44d(), 0);
+    EXPECT_THAT(scene.attributes.at(scene.primitives.at(0).attributes).lights, ElementsAre(0, 1));
+  }
+  EXPECT_THAT(built.worlds[0].lights, SizeIs(3));
+  EXPECT_THAT(built.worlds[1].lights, SizeIs(2));
+}
+
+TEST(Lights, UnknownHandlesAndShadows) {
+  const Built built = build(
+      "WorldBegin Attribute \"light\" \"string shadows\" \"off\" LightSource \"pointlight\" 1\nIlluminate 7 "
+      "1\nWorldEnd "
+      "WorldBegin Illuminate 1 1 WorldEnd");
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre("t.rib:2:1: error: badhandle: Illuminate: no light has the handle \"7\"",
+                  HasSubstr("t.rib:3:21: error: badhandle: Illuminate: no light has the handle \"1\"")));
+  EXPECT_FALSE(built.worlds[0].lights.at(0).castsShadows);
+}
+
+TEST(Modern, BxdfIsDrawnAsMatteInItsColour) {
+  const Built built = build(
+      "WorldBegin Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 0 .5] Sphere 1 -1 1 360\n"
+      "Bxdf \"PxrDisney\" \"e\" \"float metallic\" 1 Sphere 1 -1 1 360 Surface \"plastic\" Sphere 1 -1 1 360 "
+      "WorldEnd");
+  EXPECT_THAT(built.messages,
+              ElementsAre("t.rib:2:1: warning: unimplemented: Bxdf \"PxrDisney\" is drawn as matte (once)"));
+  EXPECT_EQ(built.attributesOf(0).color, Rgb(1, 0, .5f));
+  EXPECT_EQ(built.world().shaders.at(built.attributesOf(0).surface).name, "matte");
+  EXPECT_EQ(built.attributesOf(1).color, Rgb(.5f, .5f, .5f));
+  EXPECT_EQ(built.attributesOf(2).color, Rgb(1, 1, 1));
+}
+
+}  // namespace
+}  // namespace patina

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options: camera conventions, frames, displays, and what values are refused.
+#include "renderer/scene/camera.h"
+#include "scene_fixture.h"
+
+namespace patina {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+Scene worldOf(std::string_view options) {
+  return buildClean(std::string(options) + " WorldBegin WorldEnd").world();
+}
+
+TEST(Options, DefaultsOfRi) {
+  const Scene scene = worldOf("");
+  EXPECT_FALSE(scene.camera.perspective);
+  EXPECT_EQ(scene.options.xResolution, 640);
+  EXPECT_EQ(scene.options.yResolution, 480);
+  EXPECT_EQ(scene.options.filter, "gaussian");
+  EXPECT_FLOAT_EQ(scene.camera.screenWindow[0], -4.0f / 3);
+  EXPECT_FLOAT_EQ(scene.camera.screenWindow[3], 1);
+}
+
+TEST(Options, ScreenWindowFollowsTheFrame) {
+  // RI 3.2: the shorter side spans -1 to 1.
+  EXPECT_THAT(worldOf("Format 100 300 1").camera.screenWindow, ElementsAre(-1, 1, -3, 3));
+  EXPECT_THAT(worldOf("Format 100 100 2").camera.screenWindow, ElementsAre(-2, 2, -1, 1));
+  EXPECT_THAT(worldOf("ScreenWindow -1 2 -3 4 Format 10 10 1").camera.screenWindow,
+              ElementsAre(-1, 2, -3, 4));
+}
+
+TEST(Options, FrameAspectRatioFitsThePictureIntoTheFormat) {
+  const Scene narrow = worldOf("Format 640 480 1 FrameAspectRatio 1");
+  EXPECT_EQ(narrow.options.xResolution, 480);
+  EXPECT_EQ(narrow.options.yResolution, 480);
+  EXPECT_THAT(narrow.camera.screenWindow, ElementsAre(-1, 1, -1, 1));
+  const Scene wide = worldOf("Format 400 400 1 FrameAspectRatio 2");
+  EXPECT_EQ(wide.options.xResolution, 400);
+  EXPECT_EQ(wide.options.yResolution, 200);
+}
+
+TEST(Options, FormatMinusOneIsTheDefault) {
+  const Scene scene = worldOf("Format 380 -1 -1");
+  EXPECT_EQ(scene.options.xResolution, 380);
+  EXPECT_EQ(scene.options.yResolution, 480);
+  EXPECT_EQ(scene.options.pixelAspect, 1);
+}
+
+TEST(Options, PerspectiveProjectsTheUnitWindowAtItsAngle) {
+  // At fov 60 the ray at 30 degrees above the axis meets the window's upper edge.
+  const Scene scene =
+      worldOf("Format 100 100 1 Projection \"perspective\" \"fov\" 60 Clipping 1 1e38 Translate 0 0 5");
+  const M44d toScreen = worldToNormalizedScreen(scene.camera);
+  V3d edge;
+  toScreen.multVecMatrix(V3d(0, 7 * std::tan(std::numbers::pi / 6), 2), edge);
+  EXPECT_NEAR(edge.x, 0, 1e-12);
+  EXPECT_NEAR(edge.y, 1, 1e-12);
+  V3d near;
+  toScreen.multVecMatrix(V3d(0, 0, -4), near);  // one unit before the eye
+  EXPECT_NEAR(near.z, 0, 1e-12);
+}
+
+TEST(Options, CameraIsTheTransformationAtWorldBegin) {
+  const Scene scene = worldOf("Projection \"orthographic\" Translate 0 0 5 Scale 1 1 -1");
+  expectMatrix(scene.camera.worldToCamera, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 5, 1}, 0);
+}
+
+TEST(Options, HoldOverWorldsAndAreRestoredByFrames) {
+  const Built built = build(
+      "PixelSamples 3 3 FrameBegin 4 PixelSamples 5 5 Translate 0 0 9 Display \"a\" \"file\" \"rgb\" "
+      "WorldBegin WorldEnd FrameEnd "
+      "FrameBegin 5 WorldBegin WorldEnd FrameEnd Exposure 2 1 WorldBegin WorldEnd WorldBegin WorldEnd");
+  ASSERT_THAT(built.worlds, SizeIs(4));
+  EXPECT_THAT(built.messages, SizeIs(0));
+  EXPECT_EQ(built.worlds[0].options.pixelSamplesX, 5);
+  EXPECT_EQ(built.worlds[0].frame, 4);
+  EXPECT_EQ(built.worlds[1].options.pixelSamplesX, 3);
+  EXPECT_THAT(built.worlds[1].options.displays, SizeIs(0));
+  expectMatrix(built.worlds[1].camera.worldToCamera, M44d(), 0);
+  EXPECT_EQ(built.worlds[1].options.exposureGain, 1);
+  EXPECT_EQ(built.worlds[2].options.exposureGain, 2);
+  EXPECT_EQ(built.worlds[2].frame, 0);
+  EXPECT_EQ(built.worlds[3].options.exposureGain, 2);
+}
+
+TEST(Options, ChangesOfTheReceiverLastForOneWorld) {
+  std::vector<int> seen;
+  ErrorHandler errors;
+  SceneBuilder builder({}, errors, [&](Scene& scene) {
+    seen.push_back(scene.options.xResolution);
+    scene.options.xResolution = 7;
+  });
+  builder.readText("Format 20 20 1 WorldBegin WorldEnd WorldBegin WorldEnd", "t.rib");
+  EXPECT_THAT(seen, ElementsAre(20, 20));
+}
+
+TEST(Options, DisplaysAddUpWithAPlus) {
+  const Scene scene = worldOf(
+      "Display \"x\" \"file\" \"rgb\" Display \"a.tif\" \"tiff\" \"rgba\" \"string compression\" \"lzw\" "
+      "Display \"+b.exr\" \"openexr\" \"z\" \"float[2] exposure\" [1 2]");
+  ASSERT_THAT(scene.options.displays, SizeIs(2));
+  EXPECT_EQ(scene.options.displays[0].name, "a.tif");
+  EXPECT_EQ(scene.options.displays[0].strings.at("compression"), "lzw");
+  EXPECT_EQ(scene.options.displays[1].name, "b.exr");
+  EXPECT_THAT(scene.options.displays[1].numbers.at("exposure"), ElementsAre(1, 2));
+}
+
+TEST(Options, ModeByHiderAndByPatina) {
+  EXPECT_EQ(
+      worldOf("Hider \"raytrace\" \"string integrationmode\" [\"path\"] \"int maxsamples\" 64").options.mode,
+      "path");
+  EXPECT_EQ(
+      worldOf("Option \"patina\" \"string mode\" \"direct\" Integrator \"PxrPathTracer\" \"i\"").options.mode,
+      "direct");
+  EXPECT_EQ(worldOf("Hider \"raytrace\" \"int maxsamples\" 64 \"int minsamples\" 0").options.maxSamples, 64);
+}
+
+TEST(Options, SearchPathsKeepWhatTheAmpersandNames) {
+  const Scene scene =
+      worldOf("Option \"searchpath\" \"string shader\" \"a:b\" Option \"searchpath\" \"shader\" [\"c:&:d\"]");
+  EXPECT_EQ(scene.options.searchPaths.at("shader"), "c:a:b:d");
+}
+
+TEST(Options, BackgroundByAnyOfItsNames) {
+  for (const char* token : {"color", "bgcolor", "background"}) {
+    const Scene scene = worldOf(std::string("Imager \"background\" \"color ") + token + "\" [.1 .2 .3]");
+    EXPECT_EQ(scene.options.background, Rgb(.1f, .2f, .3f)) << token;
+  }
+}
+
+TEST(Options, RefusesValuesOutOfRange) {
+  const Built built = build(
+      "Clipping 5 2\nCropWindow 0 2 0 1\nProjection \"perspective\" \"fov\" 180\nExposure 1 0\nShutter 1 0\n"
+      "PixelSamples 1e9 1\nQuantize \"rgba\" 255 9 1 0\nFrameAspectRatio -1\nFormat 100000 1 1\n"
+      "ScreenWindow 1 1 0 1\nWorldBegin\nWorldEnd");
+  EXPECT_THAT(built.messages, ElementsAre("t.rib:1:1: error: range: Clipping 5 2: expected 0 < near < far",
+                                          HasSubstr("t.rib:2:1: error: range: CropWindow 0 2 0 1"),
+                                          HasSubstr("t.rib:3:1: error: range: Projection: fov 180"),
+                                          HasSubstr("t.rib:4:1: error: range: Exposure 1 0"),
+                                          HasSubstr("t.rib:5:1: error: range: Shutter 1 0"),
+                                          HasSubstr("t.rib:6:1: error: limitcheck: PixelSamples"),
+                                          HasSubstr("t.rib:7:1: error: range: Quantize"),
+                                          HasSubstr("t.rib:8:1: error: range: FrameAspectRatio"),
+                                          HasSubstr("t.rib:9:1: error: limitcheck: Format"),
+                                          HasSubstr("t.rib:10:1: error: range: ScreenWindow")));
+  EXPECT_EQ(built.world().options.pixelSamplesX, 2);
+}
+
+TEST(Options, UnknownNamesAreSilentInUnknownSpacesOnly) {
+  const Built built = build(
+      "Option \"rerender\" \"string lodrange\" \"x\"\nOption \"limits\" \"int gridsize\" 256 \"int "
+      "gridsise\" 3\n"
+      "Hider \"zbuffer\"\nProjection \"fisheye\"\nPixelFilter \"bob\" 2 2\nWorldBegin\nWorldEnd");
+  EXPECT_THAT(
+      built.messages,
+      testing::UnorderedElementsAre(
+          HasSubstr("\"gridsise\""),
+          HasSubstr(
+              "t.rib:3:1: warning: unimplemented: request Hider \"zbuffer\" is not carried out yet (once)"),
+          HasSubstr("t.rib:4:1: warning: badtoken: Projection \"fisheye\" is unknown"),
+          HasSubstr("t.rib:5:1: warning: badtoken: PixelFilter \"bob\" is unknown")));
+}
+
+}  // namespace
+}  // namespace patina

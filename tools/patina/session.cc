@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// From files to pictures.
+#include "tools/patina/session.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+
+#include "renderer/film/scene_film.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/scene_builder.h"
+#include "tools/patina/progress.h"
+
+namespace patina {
+namespace {
+
+volatile std::sig_atomic_t interruptSignal = 0;
+
+void onInterrupt(int signal) { interruptSignal = signal; }
+
+}  // namespace
+
+void catchInterrupts() {
+  struct sigaction action = {};
+  action.sa_handler = onInterrupt;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool interrupted() { return interruptSignal != 0; }
+
+Session::Session(CommandLine commandLine) : commandLine_(std::move(commandLine)) {
+  if (commandLine_.quiet) errors_.setQuiet(Severity::Error);
+  if (commandLine_.strict) errors_.setStyle(ErrorStyle::Abort);
+}
+
+int Session::run() {
+  for (const std::string& path : commandLine_.files) {
+    if (interrupted() || errors_.aborted()) break;
+    readFile(path);
+  }
+  errors_.summarize();
+  if (!commandLine_.statistics.empty() && commandLine_.statistics != "-" && !jsonReports_.empty()) {
+    std::string text = jsonReports_.front();
+    if (jsonReports_.size() > 1) {  // one object per world
+      text = "[\n";
+      for (size_t i = 0; i < jsonReports_.size(); ++i)
+        text += jsonReports_[i] + (i + 1 < jsonReports_.size() ? ",\n" : "]\n");
+    }
+    writeText(commandLine_.statistics, text);
+  }
+  return failed_ || interrupted() ? 1 : errors_.exitStatus();
+}
+
+void Session::readFile(const std::string& path) {
+  file_ = path;
+  reading_.emplace("Reading RIB");
+  SceneBuilder builder({.archivePath = commandLine_.archivePath, .declarationOf = {}}, errors_,
+                       [this](Scene& scene) { renderWorld(scene); });
+  if (!builder.readFile(path)) failed_ = true;
+  reading_.reset();
+}
+
+bool Session::mayRender(const Scene& scene) {
+  if (interrupted()) return false;
+  if (commandLine_.frames && scene.frame != 0) {
+    const auto [first, last] = *commandLine_.frames;
+    if (scene.frame < first || scene.frame > last) return false;
+  }
+  if (commandLine_.strict && errors_.exitStatus() != 0) return false;
+  return true;
+}
+
+void Session::applyOverrides(Scene& scene) const {
+  Options& options = scene.options;
+  if (commandLine_.resolution) {
+    options.xResolution = (*commandLine_.resolution)[0];
+    options.yResolution = (*commandLine_.resolution)[1];
+    options.frameAspect.reset();
+  }
+  if (commandLine_.crop) options.crop = *commandLine_.crop;
+  if (commandLine_.variance) options.pixelVariance = *commandLine_.variance;
+  if (!commandLine_.displayView.empty()) options.displayView = commandLine_.displayView;
+  if (options.displays.empty()) {
+    // RI leaves the default Display to the renderer: the picture lies beside the RIB under its name.
+    const std::string stem = file_ == "-" ? "patina" : std::filesystem::path(file_).stem().stem().string();
+    options.displays.push_back({.name = stem + ".exr",
+                                .type = "openexr",
+                                .mode = "rgba",
+                                .strings = {},
+                                .numbers = {},
+                                .where = {}});
+  }
+  if (!commandLine_.output.empty()) {
+    options.displays.front().name = commandLine_.output;
+    if (const auto type = displayTypeFor(commandLine_.output); !type.empty())
+      options.displays.front().type = type;
+  }
+  resolveFrame(options, scene.camera);
+}
+
+void Session::renderWorld(Scene& scene) {
+  if (!mayRender(scene)) return;
+  applyOverrides(scene);
+  if (commandLine_.check) return;
+  reading_.reset();
+
+  // A folder that cannot be written to is better known now than after the render.
+  const std::vector<OutputSettings> outputs = outputSettings(scene);
+  const Film probe(FilmSettings{.width = 1, .height = 1, .filter = {}});
+  bool writable = true;
+  for (const OutputSettings& output : outputs) writable &= checkOutput(output, probe, errors_);
+  if (writable) {
+    Progress::Style style = Progress::Style::None;
+    if (commandLine_.progressLines) {
+      style = Progress::Style::Lines;
+    } else if (!commandLine_.quiet && isatty(STDOUT_FILENO)) {
+      style = Progress::Style::Terminal;
+    }
+    std::unique_ptr<Film> film;
+    {
+      Progress progress(style);
+      RenderSettings settings = commandLine_.render;
+      settings.progress = [&](double fraction) { progress.update(fraction); };
+      settings.interrupted = interrupted;
+      film = renderFrame(scene, settings, errors_);
+      if (film && !interrupted()) progress.update(1);
+    }
+    if (film) {
+      writeDisplays(scene, *film);
+    } else {
+      failed_ = true;
+    }
+  }
+  reportStatistics(scene);
+  resetStatistics();
+  reading_.emplace("Reading RIB");
+}
+
+void Session::writeDisplays(const Scene& scene, const Film& film) {
+  const PhaseTimer timer("Writing pictures");
+  for (const OutputSettings& output : outputSettings(scene)) {
+    const std::string path = writeImage(film, output, errors_);
+    if (path.empty()) {
+      failed_ = true;
+    } else if (!commandLine_.quiet && !commandLine_.progressLines) {
+      fmt::print("{}\n", path);
+    }
+  }
+}
+
+void Session::reportStatistics(const Scene& scene) {
+  const bool asked = commandLine_.statistics == "-";
+  if (!commandLine_.statistics.empty() && !asked) jsonReports_.push_back(statisticsJson());
+  const std::string& file = scene.options.statisticsFile;
+  if (asked || (scene.options.statistics && (file.empty() || file == "stdout"))) {
+    fmt::print("{}", statisticsTree());
+  } else if (scene.options.statistics) {
+    writeText(file, statisticsTree());
+  }
+}
+
+void Session::writeText(const std::string& path, const std::string& text) {
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  const bool written = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  if (!(file && std::fclose(file) == 0 && written)) {
+    errors_.report(Severity::Error, RiError::System, {},
+                   fmt::format("statistics cannot be written to {}", path));
+  }
+}
+
+}  // namespace patina

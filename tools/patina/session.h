@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// One run of the program: each file's worlds are rendered and written as they end.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/base/statistics.h"
+#include "renderer/scene/scene.h"
+#include "rib/error.h"
+#include "tools/patina/command_line.h"
+
+namespace patina {
+
+class Session {
+ public:
+  explicit Session(CommandLine commandLine);
+
+  /// Renders all files; returns the exit status: 0 or 1.
+  int run();
+
+ private:
+  void readFile(const std::string& path);
+  void applyOverrides(Scene& scene) const;
+  void renderWorld(Scene& scene);
+  bool mayRender(const Scene& scene);
+  void writeDisplays(const Scene& scene, const Film& film);
+  void reportStatistics(const Scene& scene);
+  void writeText(const std::string& path, const std::string& text);
+
+  CommandLine commandLine_;
+  ErrorHandler errors_;
+  std::string file_;                   // being read
+  std::optional<PhaseTimer> reading_;  // runs while no world is rendered
+  std::vector<std::string> jsonReports_;
+  bool failed_ = false;
+};
+
+/// Makes SIGINT and SIGTERM end the render early, with what is there written; a second signal ends the
+/// program.
+void catchInterrupts();
+bool interrupted();
+
+}  // namespace patina
