@@ -11,7 +11,7 @@ namespace patina {
 
 /// A ray in world space. `direction` need not be unit length; `t` counts in its lengths.
 struct Ray {
-  V3f origin, direction;
+  V3f origin{0, 0, 0}, direction{0, 0, 1};
   float tNear = 0, tFar = kInfinity;
   uint32_t mask = kCameraRay;  ///< RayMask bit of its kind
 };

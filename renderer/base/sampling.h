@@ -2,6 +2,7 @@
 // Hashing, Owen-scrambled Sobol points and the warps from the unit square that integrators use.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstdint>
 
@@ -58,12 +59,23 @@ constexpr uint32_t owenScramble(uint32_t v, uint32_t seed) {
   return reverseBits(owenScrambleReversed(reverseBits(v), seed));
 }
 
-/// Second dimension of Sobol's sequence for index `n` (Kollig and Keller 2002); the first is reverseBits(n).
+namespace detail {
+/// Sobol's second dimension by bytes of the index: its matrix is linear, so the bytes' parts combine by
+/// exclusive or.
+inline constexpr auto kSobolSecond = [] {
+  std::array<std::array<uint32_t, 256>, 4> table{};
+  uint32_t column = 1u << 31;  // of the generator matrix (Kollig and Keller 2002)
+  for (uint32_t bit = 0; bit < 32; ++bit, column ^= column >> 1)
+    for (uint32_t byte = 0; byte < 256; ++byte)
+      if (byte >> (bit & 7) & 1) table[bit / 8][byte] ^= column;
+  return table;
+}();
+}  // namespace detail
+
+/// Second dimension of Sobol's sequence for index `n`; the first is reverseBits(n).
 constexpr uint32_t sobolSecond(uint32_t n) {
-  uint32_t r = 0;
-  for (uint32_t v = 1u << 31; n != 0; n >>= 1, v ^= v >> 1)
-    if (n & 1u) r ^= v;
-  return r;
+  return detail::kSobolSecond[0][n & 255] ^ detail::kSobolSecond[1][n >> 8 & 255] ^
+         detail::kSobolSecond[2][n >> 16 & 255] ^ detail::kSobolSecond[3][n >> 24];
 }
 
 /// Point `index` of a two-dimensional Sobol sequence, Owen-scrambled and with shuffled order by `seed`:

@@ -28,13 +28,13 @@ enum Dimension : uint32_t {
 
 /// A camera sample on its way through transparent layers and specular surfaces.
 struct Walk {
-  uint32_t slot;
-  uint32_t sample;
-  int x, y;
+  uint32_t slot = 0;
+  uint32_t sample = 0;
+  int x = 0, y = 0;
   Ray ray;
   Rgb throughput{1, 1, 1};
-  float footprint, spread;
-  V3f from;
+  float footprint = 0, spread = 0;
+  V3f from{0, 0, 0};
   float pdf = 0;  // of a specular direction; 0 = camera ray or delta lobe
   uint32_t receiver = kNone;
   bool sampledLights = false;

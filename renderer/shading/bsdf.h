@@ -10,8 +10,8 @@ namespace patina {
 
 /// A direction chosen in proportion to a BSDF, roughly.
 struct BsdfSample {
-  V3f direction;       ///< unit, away from the point
-  Rgb weight;          ///< f |cos| / pdf
+  V3f direction{0, 0, 1};       ///< unit, away from the point
+  Rgb weight{0, 0, 0};          ///< f |cos| / pdf
   float pdf = 0;       ///< per solid angle; 0 = nothing to follow. Of delta lobes: 1
   bool delta = false;  ///< a mirror or smooth glass
   bool diffuse = false;

@@ -75,16 +75,11 @@ void Emitters::add(const Geometry& geometry, uint32_t index) {
         std::max({std::abs(row(0).dot(row(1))), std::abs(row(0).dot(row(2))), std::abs(row(1).dot(row(2)))});
     const bool whole = quadric->values[1] <= -r * 0.999999f && quadric->values[2] >= r * 0.999999f;
     if (whole && r > 0 && scale - least < 1e-5f * scale && shear < 1e-5f * row(0).length2()) {
-      Shape s{Shape::Kind::Sphere,
-              c,
-              V3f(scale, 0, 0),
-              {},
-              {},
-              {},
-              {},
-              {},
-              roundingBound(16) * (maxAbsComponent(c) + scale),
-              4 * kPi * scale * scale};
+      Shape s;
+      s.kind = Shape::Kind::Sphere;
+      s.corner = c, s.edge1 = V3f(scale, 0, 0);
+      s.error = roundingBound(16) * (maxAbsComponent(c) + scale);
+      s.area = 4 * kPi * scale * scale;
       s.sign = placement.normalSign;
       shapes_.push_back(s);
       owners_[index] = {first, 0};

@@ -13,7 +13,7 @@ namespace patina {
 /// A point chosen on an area light. `pdf` is per solid angle seen from the point to be lit; 0 = nothing
 /// chosen.
 struct EmitterSample {
-  V3f P, N;         ///< N: unit, outside of the light
+  V3f P{0, 0, 0}, N{0, 0, 1};         ///< N: unit, outside of the light
   float error = 0;  ///< see Facet
   float pdf = 0;
   float u = 0, v = 0;  ///< the light's surface parameters (RI's u, v)
@@ -35,12 +35,12 @@ class Emitters {
 
  private:
   struct Shape {
-    enum class Kind : uint8_t { Triangle, Rectangle, Sphere } kind;
-    V3f corner, edge1, edge2;  ///< sphere: corner is the centre, edge1.x the radius
-    V3f normal;                ///< outside; unused for spheres
-    V2f uv0, duv1, duv2;       ///< surface parameters at the corner and along the edges
-    float error;
-    float area;
+    enum class Kind : uint8_t { Triangle, Rectangle, Sphere } kind = Kind::Triangle;
+    V3f corner{0, 0, 0}, edge1{0, 0, 0}, edge2{0, 0, 0};  ///< sphere: corner is the centre, edge1.x the radius
+    V3f normal{0, 0, 1};                ///< outside; unused for spheres
+    V2f uv0{0, 0}, duv1{0, 0}, duv2{0, 0};       ///< surface parameters at the corner and along the edges
+    float error = 0;
+    float area = 0;
     float sign = 1;  ///< sphere: -1 when the outside is the inside
   };
   struct Owner {

@@ -13,11 +13,11 @@ namespace patina {
 
 /// Light from one direction. A surface with BRDF f receives f * radiance * cos / pdf.
 struct LightSample {
-  V3f direction;       ///< unit, towards the light
-  Rgb radiance;        ///< of a delta light: pi * Cl, that is irradiance of a facing surface, with pdf 1
+  V3f direction{0, 0, 1};     ///< unit, towards the light
+  Rgb radiance{0, 0, 0};      ///< of a delta light: pi * Cl, that is irradiance of a facing surface, with pdf 1
   float pdf = 0;       ///< per solid angle; 0 = no light
   bool delta = false;  ///< no BSDF sample can find it
-  V3f target;          ///< the point of the light, moved off its surface, when `distance` is finite
+  V3f target{0, 0, 0};        ///< the point of the light, moved off its surface, when `distance` is finite
   float distance = kInfinity;
 };
 

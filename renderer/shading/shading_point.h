@@ -14,10 +14,10 @@ namespace patina {
 struct ShadingPoint {
   uint32_t placement = kNone, face = 0;
   float u = 0, v = 0;  ///< of the face
-  V3f P, Ng, N;        ///< facet point and normal; shading normal
+  V3f P{0, 0, 0}, Ng{0, 0, 1}, N{0, 0, 1};        ///< facet point and normal; shading normal
   float error = 0;     ///< see Facet
   bool front = true;
-  V3f I;                ///< unit, from the viewer to P; only `view` reads it
+  V3f I{0, 0, 0};                ///< unit, from the viewer to P; only `view` reads it
   float footprint = 0;  ///< width of the region that the point stands for
 
   Facet facet() const { return {P, Ng, error}; }
@@ -26,7 +26,7 @@ struct ShadingPoint {
 /// A lobe of the BSDF at one point; see PatinaLobe.
 struct Lobe {
   uint32_t type = 0;  ///< PatinaLobeType
-  Rgb weight, transmission;
+  Rgb weight{0, 0, 0}, transmission{0, 0, 0};
   float alpha = 0, eta = 1;
 };
 

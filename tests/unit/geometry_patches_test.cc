@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vertex lattices of patches, and the cutting of faces into them.
+#include "renderer/geometry/patches.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+namespace patina {
+namespace {
+
+/// A flat rectangle or triangle in the plane z = 0 with given edges.
+class Plane final : public Surface {
+ public:
+  Plane(FaceShape shape, float width, float height) : shape_(shape), width_(width), height_(height) {}
+  uint32_t faceCount() const override { return 1; }
+  FaceShape faceShape(uint32_t) const override { return shape_; }
+  bool isFlat() const override { return true; }
+  void corners(uint32_t, V3f out[4]) const override {
+    out[0] = {-width_ / 2, -height_ / 2, 0}, out[1] = {width_ / 2, -height_ / 2, 0};
+    out[2] = {-width_ / 2, height_ / 2, 0}, out[3] = {width_ / 2, height_ / 2, 0};
+  }
+  SurfacePoint evaluate(uint32_t, float u, float v) const override {
+    return {{(u - 0.5f) * width_, (v - 0.5f) * height_, 0}, {0, 0, 1}, {width_, 0, 0}, {0, height_, 0}};
+  }
+  void interpolate(const PrimVar&, uint32_t, float, float, float*) const override {}
+  uint32_t uniformIndex(uint32_t) const override { return 0; }
+  V2f surfaceParameters(uint32_t, float u, float v) const override { return {u, v}; }
+  V2f parameterScale(uint32_t) const override { return {1, 1}; }
+  Box3f bound() const override { return Box3f({-width_ / 2, -height_ / 2, 0}, {width_ / 2, height_ / 2, 0}); }
+
+ private:
+  FaceShape shape_;
+  float width_, height_;
+};
+
+Patch makePatch(FaceShape shape, int cellsU, int cellsV) {
+  return {0, 0, 0, 0, 1, 1, 1, static_cast<uint8_t>(cellsU), static_cast<uint8_t>(cellsV), shape};
+}
+
+/// A camera at distance 10 that looks down +z on the plane z = 0; 100 pixels per unit there.
+RasterCamera lookingCamera() {
+  Camera camera;
+  camera.worldToCamera.setTranslation(V3d(0, 0, 10));
+  camera.fov = 2 * std::atan(0.5f) * 180 / kPi;
+  Options options;
+  options.xResolution = options.yResolution = 1000;
+  return {camera, options};
+}
+
+TEST(Patch, WeightsReproducePositionsAtEveryLevel) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (const FaceShape shape : {FaceShape::Quad, FaceShape::Triangle})
+    for (const auto& [nu, nv] : {std::pair{1, 1}, {2, 2}, {4, 4}, {8, 8}, {16, 16}, {16, 2}, {1, 8}}) {
+      if (shape == FaceShape::Triangle && nu != nv) continue;
+      const Patch patch = makePatch(shape, nu, nv);
+      for (const Level level : {Level::Coarse, Level::Medium, Level::Fine})
+        for (int k = 0; k < 500; ++k) {
+          V2f p(uniform(random), uniform(random));
+          if (shape == FaceShape::Triangle && p.x + p.y > 1) p = V2f(1 - p.x, 1 - p.y);
+          const VertexWeights around = patch.locate(level, p.x, p.y);
+          V2f sum(0, 0);
+          float total = 0;
+          for (int i = 0; i < around.count; ++i) {
+            ASSERT_LT(around.index[i], patch.vertexCount(level));
+            ASSERT_GE(around.weight[i], 0);
+            sum += patch.vertexPosition(level, around.index[i]) * around.weight[i];
+            total += around.weight[i];
+          }
+          ASSERT_NEAR(total, 1, 1e-6f);
+          ASSERT_NEAR(sum.x, p.x, 1e-6f);
+          ASSERT_NEAR(sum.y, p.y, 1e-6f);
+        }
+    }
+}
+
+TEST(Patch, CoarserVerticesAreASubsetOfFinerOnes) {
+  for (const FaceShape shape : {FaceShape::Quad, FaceShape::Triangle})
+    for (const int n : {1, 2, 4, 8, 16}) {
+      const Patch patch = makePatch(shape, n, n);
+      const auto positions = [&](Level level) {
+        std::set<std::pair<float, float>> set;
+        for (uint32_t k = 0; k < patch.vertexCount(level); ++k) {
+          const V2f p = patch.vertexPosition(level, k);
+          set.emplace(p.x, p.y);
+        }
+        EXPECT_EQ(set.size(), patch.vertexCount(level));
+        return set;
+      };
+      const auto fine = positions(Level::Fine), medium = positions(Level::Medium),
+                 coarse = positions(Level::Coarse);
+      EXPECT_TRUE(std::includes(fine.begin(), fine.end(), medium.begin(), medium.end()));
+      EXPECT_TRUE(std::includes(medium.begin(), medium.end(), coarse.begin(), coarse.end()));
+      EXPECT_EQ(patch.vertexCount(Level::Coarse), shape == FaceShape::Quad ? 4u : 3u);
+    }
+}
+
+TEST(Patch, LevelsWithTheSameVerticesAreOne) {
+  EXPECT_EQ(makePatch(FaceShape::Quad, 1, 1).canonical(Level::Fine), Level::Coarse);
+  EXPECT_EQ(makePatch(FaceShape::Quad, 4, 2).canonical(Level::Fine), Level::Medium);
+  EXPECT_EQ(makePatch(FaceShape::Quad, 16, 1).canonical(Level::Fine), Level::Fine);
+  EXPECT_EQ(makePatch(FaceShape::Quad, 0, 0).vertexCount(Level::Fine), 1u);
+}
+
+TEST(PatchTable, MicropolygonsCoverTheShadingRate) {
+  // 8 x 4 units at 100 pixels per unit: 800 x 400 pixels, a power of two away at most.
+  const Plane plane(FaceShape::Quad, 8, 4);
+  for (const float rate : {1.0f, 4.0f, 16.0f}) {
+    const DiceInput input{&plane, M44f(), rate};
+    const PatchTable table(lookingCamera(), {&input, 1});
+    double cells = 0;
+    for (size_t k = 0; k < table.size(); ++k) cells += double{1} * table[k].cellsU * table[k].cellsV;
+    EXPECT_GT(cells, 320000 / rate / 2.01);
+    EXPECT_LT(cells, 320000 / rate * 2.01);
+    EXPECT_FALSE(table.limited());
+  }
+}
+
+TEST(PatchTable, EveryPointHasThePatchThatHoldsIt) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (const FaceShape shape : {FaceShape::Quad, FaceShape::Triangle}) {
+    const Plane plane(shape, 900, 300);  // most of it out of view: patches of all sizes
+    const DiceInput input{&plane, M44f(), 1};
+    const PatchTable table(lookingCamera(), {&input, 1});
+    EXPECT_GT(table.size(), 1000u);
+    double area = 0;
+    for (size_t k = 0; k < table.size(); ++k) area += std::abs(double{table[k].du} * table[k].dv);
+    EXPECT_NEAR(area, 1, 1e-9);
+    for (int k = 0; k < 20000; ++k) {
+      V2f p(uniform(random), uniform(random));
+      if (shape == FaceShape::Triangle && p.x + p.y > 1) p = V2f(1 - p.x, 1 - p.y);
+      const V2f local = table[table.find(0, 0, p.x, p.y)].toLocal(p.x, p.y);
+      ASSERT_GE(std::min(local.x, local.y), -1e-5f);
+      ASSERT_LE(shape == FaceShape::Quad ? std::max(local.x, local.y) : local.x + local.y, 1 + 1e-4f);
+    }
+  }
+}
+
+TEST(PatchTable, APlaneThroughTheEyeStaysBounded) {
+  Camera camera;  // the eye lies in the plane z = 0
+  Options options;
+  const Plane plane(FaceShape::Quad, 1e6f, 1e6f);
+  const DiceInput input{&plane, M44f(), 1};
+  const PatchTable table(RasterCamera(camera, options), {&input, 1}, 100000);
+  EXPECT_LE(table.size(), 100100u);
+}
+
+TEST(PatchTable, TinyFacesAreOneValue) {
+  const Plane plane(FaceShape::Quad, 0.004f, 0.004f);  // 0.4 pixels
+  const DiceInput input{&plane, M44f(), 1};
+  const PatchTable table(lookingCamera(), {&input, 1});
+  ASSERT_EQ(table.size(), 1u);
+  EXPECT_EQ(table[0].vertexCount(Level::Fine), 1u);
+}
+
+}  // namespace
+}  // namespace patina
