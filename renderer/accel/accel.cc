@@ -90,13 +90,19 @@ struct Accel::Scenes {
     const uint32_t member = record.owners.empty() ? record.member : record.owners[primitive].member;
     return instance == kNone ? member : geometry->instances()[instance].firstPlacement + member;
   }
-  Hit toHit(float t, float u, float v, uint32_t geomId, uint32_t primId, uint32_t instId) const {
+  /// `normal` is Embree's: in mesh space, the cross product of a facet's first two edges.
+  Hit toHit(float t, float u, float v, uint32_t geomId, uint32_t primId, uint32_t instId, const V3f& normal,
+            const V3f& direction) const {
     if (geomId == RTC_INVALID_GEOMETRY_ID) return {};
     const uint32_t instance = instId == RTC_INVALID_GEOMETRY_ID ? kNone : instId - firstInstanceId;
     const SceneRecord& scene = instance == kNone ? world : objects[geometry->instances()[instance].object];
     const GeometryRecord& record = *scene.records[geomId];
-    return {t, placementOf(instance, record, primId),
-            record.owners.empty() ? primId : record.owners[primId].face, u, v};
+    const uint32_t index = placementOf(instance, record, primId);
+    const Placement& placement = geometry->placements()[index];
+    const V3f inWorld =
+        instance == kNone ? normal : transformNormal(normal, geometry->instances()[instance].worldToMesh);
+    return {t, index, record.owners.empty() ? primId : record.owners[primId].face,
+            u, v,     inWorld.dot(direction) * placement.meshSign <= 0};
   }
   void addSurfaces(SceneRecord& record, uint32_t first, uint32_t end);
 };
@@ -242,7 +248,8 @@ Hit Accel::intersect(const Ray& ray) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcIntersect1(scenes_->world.scene, &context, &r);
-  return scenes_->toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0]);
+  return scenes_->toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0],
+                        {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray.direction);
 }
 
 bool Accel::occluded(const Ray& ray) const {
@@ -276,7 +283,8 @@ void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const 
     rtcIntersect16(valid, scenes_->world.scene, &context, &p);
     for (size_t k = 0; k < n; ++k)
       hits[base + k] = scenes_->toHit(p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.geomID[k], p.hit.primID[k],
-                                      p.hit.instID[0][k]);
+                                      p.hit.instID[0][k], {p.hit.Ng_x[k], p.hit.Ng_y[k], p.hit.Ng_z[k]},
+                                      rays[base + k].direction);
   }
 }
 

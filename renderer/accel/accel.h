@@ -22,6 +22,7 @@ struct Hit {
   uint32_t placement = kNone;
   uint32_t face = 0;
   float u = 0, v = 0;  ///< of the face
+  bool front = true;   ///< the outside was met
   bool valid() const { return placement != kNone; }
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Radiance in 64 bits: three 18-bit mantissas under one 10-bit exponent.
 //
-// Values from 2^-500 to 2^500 of the largest component survive; each component is off by at most 2^-19 of the
-// largest, two millionths. Negative components are kept as zero. One word can be read and written without a
+// Values from 2^-500 to 2^500 of the largest component survive; each component is off by at most 2^-18 of the
+// largest, four millionths. Negative components are kept as zero. One word can be read and written without a
 // lock.
 #pragma once
 

@@ -21,15 +21,13 @@ bool invertible(const M44d& m) {
 }
 
 Placement makePlacement(uint32_t traced, uint32_t attributes, uint32_t instance, const M44d& objectToWorld,
-                        bool reversed) {
-  Placement p{traced,
-              attributes,
-              instance,
-              M44f(objectToWorld),
-              M44f(objectToWorld.inverse()),
-              reversed ? -1.0f : 1.0f,
-              0};
+                        const M44d& toMesh, bool reversed) {
+  Placement p{};
+  p.traced = traced, p.attributes = attributes, p.instance = instance;
+  p.objectToWorld = M44f(objectToWorld), p.worldToObject = M44f(objectToWorld.inverse());
+  p.normalSign = reversed ? -1.0f : 1.0f;
   p.facetSign = objectToWorld.determinant() < 0 ? -p.normalSign : p.normalSign;
+  p.meshSign = toMesh.determinant() < 0 ? -p.normalSign : p.normalSign;
   return p;
 }
 
@@ -69,8 +67,8 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
   // Placements.
   for (uint32_t k = 0; k < worldCount; ++k) {
     const Primitive& primitive = *traced_[k].primitive;
-    placements_.push_back(
-        makePlacement(k, primitive.attributes, kNone, primitive.objectToWorld, primitive.reversed));
+    placements_.push_back(makePlacement(k, primitive.attributes, kNone, primitive.objectToWorld,
+                                        primitive.objectToWorld, primitive.reversed));
   }
   for (const Instance& instance : scene.instances) {
     if (!invertible(instance.objectToWorld)) {
@@ -83,13 +81,14 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     ++instanceCount;
     const auto index = static_cast<uint32_t>(instances_.size());
     instances_.push_back({instance.object, static_cast<uint32_t>(placements_.size()),
-                          scene.attributes[instance.attributes].visibility, M44f(instance.objectToWorld)});
+                          scene.attributes[instance.attributes].visibility, M44f(instance.objectToWorld),
+                          M44f(instance.objectToWorld.inverse())});
     for (uint32_t k = first; k < end; ++k) {
       const Primitive& primitive = *traced_[k].primitive;
       const uint32_t attributes = primitive.attributes == kNone ? instance.attributes : primitive.attributes;
       placements_.push_back(makePlacement(k, attributes, index,
                                           primitive.objectToWorld * instance.objectToWorld,
-                                          primitive.reversed != instance.reversed));
+                                          primitive.objectToWorld, primitive.reversed != instance.reversed));
     }
   }
 
@@ -174,7 +173,7 @@ Facet Geometry::facet(uint32_t placement, uint32_t face, float u, float v) const
     const M44f& m = instances_[p.instance].meshToWorld;
     for (V3f& corner : c) corner = transformPoint(corner, m);
     // The ray is taken to mesh space and the point back: cancellation is bounded by the terms of the sum.
-    const V3f local = transformPoint(c[0], m.inverse());
+    const V3f local = transformPoint(c[0], instances_[p.instance].worldToMesh);
     magnitude = maxAbsComponent({m[3][0], m[3][1], m[3][2]}) + maxAbsComponent(transformVector(local, m));
   }
   const V3f e1 = c[1] - c[0], e2 = c[2] - c[0];

@@ -27,14 +27,15 @@ struct Placement {
   uint32_t instance;                  ///< index of Geometry::instances; kNone = the world
   M44f objectToWorld, worldToObject;  ///< primitive space
   float normalSign;                   ///< -1: the outside is opposite to dPdu x dPdv of primitive space
-  float facetSign;                    ///< the same for the cross product taken in world space
+  float facetSign;   ///< the same for the cross product of edges taken in world space
+  float meshSign;    ///< the same for the cross product taken in mesh space, brought to world space as a normal
 };
 
 struct PlacedInstance {
   uint32_t object;
   uint32_t firstPlacement;
   uint32_t visibility;  ///< RayMask
-  M44f meshToWorld;
+  M44f meshToWorld, worldToMesh;
 };
 
 /// The point of a facet that a ray met, in world space.

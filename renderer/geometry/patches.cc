@@ -21,11 +21,6 @@ Level Patch::canonical(Level level) const {
   return level;
 }
 
-float Patch::spacingAt(Level level) const {
-  const int fine = std::max<int>({cellsU, cellsV, 1});
-  return spacing * static_cast<float>(fine) / static_cast<float>(std::max(cellsAt(level, fine), 1));
-}
-
 uint32_t Patch::vertexCount(Level level) const {
   const auto nu = static_cast<uint32_t>(cellsAt(level, cellsU)),
              nv = static_cast<uint32_t>(cellsAt(level, cellsV));

@@ -39,16 +39,47 @@ struct Patch {
   /// The coarsest level with the same vertices: patches of few micropolygons have less than three
   /// resolutions.
   Level canonical(Level level) const;
-  float spacingAt(Level level) const;
+  float spacingAt(Level level) const {
+    const int fine = std::max<int>({cellsU, cellsV, 1});
+    return spacing * static_cast<float>(fine) / static_cast<float>(std::max(cellsAt(level, fine), 1));
+  }
   uint32_t vertexCount(Level level) const;
   /// Local (u, v) in the patch of a vertex: exact multiples of 1/16.
   V2f vertexPosition(Level level, uint32_t vertex) const;
   /// The vertices around local (u, v) and their bilinear (triangle: linear) weights.
   VertexWeights locate(Level level, float u, float v) const;
 
+  /// Pairs of vertices such that whatever parts the corners of a cell from each other lies between one of
+  /// them: the diagonals of quads, the edges of triangles.
+  template <class Visit>
+  void forEachDiagonal(Level level, Visit visit) const;
+
   V2f toFace(const V2f& local) const { return {u0 + local.x * du, v0 + local.y * dv}; }
   V2f toLocal(float u, float v) const { return {(u - u0) / du, (v - v0) / dv}; }
 };
+
+template <class Visit>
+void Patch::forEachDiagonal(Level level, Visit visit) const {
+  const auto nu = static_cast<uint32_t>(cellsAt(level, cellsU)),
+             nv = static_cast<uint32_t>(cellsAt(level, cellsV));
+  if (shape == FaceShape::Quad) {
+    for (uint32_t j = 0; j < nv; ++j)
+      for (uint32_t i = 0; i < nu; ++i) {
+        const uint32_t corner = j * (nu + 1) + i;
+        visit(corner, corner + nu + 2);
+        visit(corner + 1, corner + nu + 1);
+      }
+    return;
+  }
+  uint32_t row = 0;
+  for (uint32_t j = 0; j < nu; row += nu + 1 - j, ++j)
+    for (uint32_t i = 0; i < nu - j; ++i) {
+      const uint32_t corner = row + i, above = row + nu + 1 - j + i;
+      visit(corner, corner + 1);
+      visit(corner, above);
+      visit(corner + 1, above);
+    }
+}
 
 /// What dicing needs to know of a placed primitive.
 struct DiceInput {

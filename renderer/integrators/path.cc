@@ -37,7 +37,7 @@ struct Path {
   int x = 0, y = 0;
   Ray ray;
   Rgb throughput{1, 1, 1};
-  V3f from{0, 0, 0};                    // where the ray left
+  V3f from{0, 0, 0};           // where the ray left
   float pdf = 0;               // of the ray's direction; 0 = camera or delta lobe: lights count in full
   uint32_t receiver = kNone;   // placement that the ray left
   bool sampledLights = false;  // next-event estimation was done there

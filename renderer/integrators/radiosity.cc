@@ -71,6 +71,7 @@ class RadiosityIntegrator final : public Integrator {
     ShadedPoints shaded;
     // Vertices
     std::unordered_map<uint64_t, uint32_t> known;
+    std::unordered_map<uint64_t, bool> separated;  // by cell
     std::vector<RadiosityEngine::Vertex> vertices;
     std::vector<Rgb> values;
     std::vector<VertexWeights> around;
@@ -237,7 +238,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   const size_t n = wave.points.size();
   wave.radiosity.assign(n, Rgb(0, 0, 0));
   wave.around.resize(n);
-  wave.known.clear(), wave.vertices.clear(), wave.byHit.clear();
+  wave.known.clear(), wave.separated.clear(), wave.vertices.clear(), wave.byHit.clear();
   for (uint32_t i = 0; i < n; ++i) {
     const ShadingPoint& p = wave.points[i];
     const ShaderInstance& shader = world_.shading().shaderOf(p.placement);
@@ -253,6 +254,14 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     }
     const V2f local = patch.toLocal(p.u, p.v);
     VertexWeights& around = wave.around[i] = patch.locate(Level::Fine, local.x, local.y);
+    const uint64_t cell = uint64_t{index} << 17 | uint64_t{p.front} << 16 | around.index[0];
+    const auto [apart, isNewCell] = wave.separated.try_emplace(cell, false);
+    if (isNewCell) apart->second = engine_.separated(index, p.front, around);
+    if (apart->second) {
+      around.count = 0;
+      wave.byHit.push_back(i);
+      continue;
+    }
     for (int k = 0; k < around.count; ++k) {
       const uint64_t key = uint64_t{index} << 17 | uint64_t{p.front} << 16 | around.index[k];
       const auto [found, isNew] = wave.known.try_emplace(key, static_cast<uint32_t>(wave.vertices.size()));
@@ -393,6 +402,7 @@ std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cac
   RadiosityEngine::Settings settings;
   settings.cached = cached || !indirect;  // vertices are shared in direct light, too
   settings.indirect = indirect && !render.classic;
+  if (const char* e = getenv("LS")) settings.levelScale = static_cast<float>(atof(e));
   settings.rays.diffuse0 = std::clamp(render.rays.value_or(64), 1, 1 << 16);
   settings.rays.light0 = std::clamp(render.lightSamples.value_or(16), 1, 1 << 16);
   const double bytes = render.cacheMemoryMb ? *render.cacheMemoryMb * 1048576

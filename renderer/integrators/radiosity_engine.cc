@@ -141,12 +141,13 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
       const float weight = kPi * roulette / static_cast<float>(count);
       const uint32_t slot = 2 * i + (behind ? 1u : 0u);
       gatherRays += count;
+      const V3f origin = leave(point.facet(), behind ? -point.Ng : point.Ng);
       for (int k = 0; k < count; ++k) {
         const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
         const V3f direction = frame.toWorld(local);
         if ((direction.dot(point.Ng) > 0) == behind) continue;  // below the horizon of the facet
         const float solidAngle = kPi / (static_cast<float>(single ? 4 : count) * std::max(local.z, 0.05f));
-        follow(GatherRay{leave(point.facet(), direction), direction, std::sqrt(solidAngle), weight, slot,
+        follow(GatherRay{origin, direction, std::sqrt(solidAngle), weight, slot,
                          hashOf(seed, kChildPurpose, static_cast<uint32_t>(k))},
                bounce, depth, w, nesting);
       }
@@ -193,8 +194,7 @@ void RadiosityEngine::follow(GatherRay ray, bool bounce, int depth, Workspace& w
     const bool view = bounce && shader.active(PATINA_ENTRY_VIEW);
     if (bounce && radiosity) {
       Rgb radiance;
-      const Facet facet = world_.geometry().facet(hit.placement, hit.face, hit.u, hit.v);
-      if (cachedRadiance(hit, facet.N.dot(ray.direction) <= 0, footprint, depth + 1, nesting, radiance)) {
+      if (cachedRadiance(hit, footprint, depth + 1, nesting, radiance)) {
         (ray.slot & 1u ? w.back : w.front)[ray.slot / 2] += radiance * weight;
       } else {
         w.direct.push_back({world_.shading().at(hit, ray.direction, footprint), ray.seed});
@@ -241,20 +241,54 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
   return {world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level)), seed};
 }
 
-void RadiosityEngine::fill(uint32_t patch, bool front, Level level, int depth, int nesting,
-                           std::vector<uint64_t>& codes) const {
-  Workspace& w = workspace(nesting);
-  const uint32_t count = world_.geometry().patches()[patch].vertexCount(level);
-  w.fillRequests.clear();
-  for (uint32_t k = 0; k < count; ++k) w.fillRequests.push_back(vertexRequest(patch, front, level, k, depth));
-  w.fillRadiance.resize(count);
-  vertexPoints += count;
-  shadeNested(w.fillRequests, depth, false, w.fillRadiance, nesting + 1);
-  codes.resize(count);
-  for (uint32_t k = 0; k < count; ++k) codes[k] = PackedRgb::pack(w.fillRadiance[k]);
+bool RadiosityEngine::blocked(const ShadingPoint& a, const ShadingPoint& b) const {
+  // Just above the surface, and above the dust on it.
+  constexpr float kLift = 0.02f;
+  const float lift = kLift * (b.P - a.P).length();
+  const V3f from = a.P + a.Ng * (lift + a.error), to = b.P + b.Ng * (lift + b.error);
+  const Hit hit = world_.accel().intersect({from, to - from, 0, 1, kDiffuseRay});
+  if (!hit.valid()) return false;
+  // The chord of a curved surface runs inside of it.
+  return hit.placement != a.placement ||
+         world_.geometry().surface(world_.geometry().placements()[a.placement]).isFlat();
 }
 
-bool RadiosityEngine::cachedRadiance(const Hit& hit, bool front, float footprint, int depth, int nesting,
+bool RadiosityEngine::separated(uint32_t patch, bool front, const VertexWeights& around) const {
+  if (around.count < 3) return false;
+  ShadingPoint p[4];
+  for (int k = 0; k < around.count; ++k)
+    p[k] = vertexRequest(patch, front, Level::Fine, around.index[k], 0).point;
+  if (around.count == 4) return blocked(p[0], p[3]) || blocked(p[1], p[2]);
+  return blocked(p[0], p[1]) || blocked(p[0], p[2]) || blocked(p[1], p[2]);
+}
+
+void RadiosityEngine::fill(uint32_t index, bool front, Level level, int depth, int nesting,
+                           std::vector<uint64_t>& codes) const {
+  Workspace& w = workspace(nesting);
+  const Patch& patch = world_.geometry().patches()[index];
+  const uint32_t count = patch.vertexCount(level);
+  w.fillRequests.clear();
+  for (uint32_t k = 0; k < count; ++k) w.fillRequests.push_back(vertexRequest(index, front, level, k, depth));
+  codes.assign(count, 0);
+  if (level != Level::Fine && count > 1) {
+    // Cells that something stands in are left to the finer level.
+    patch.forEachDiagonal(level, [&](uint32_t a, uint32_t b) {
+      if (blocked(w.fillRequests[a].point, w.fillRequests[b].point))
+        codes[a] = codes[b] = PackedRgb::kMissing;
+    });
+    uint32_t kept = 0;
+    for (uint32_t k = 0; k < count; ++k)
+      if (codes[k] != PackedRgb::kMissing) w.fillRequests[kept++] = w.fillRequests[k];
+    w.fillRequests.resize(kept);
+  }
+  w.fillRadiance.resize(w.fillRequests.size());
+  vertexPoints += static_cast<int64_t>(w.fillRequests.size());
+  if (!w.fillRequests.empty()) shadeNested(w.fillRequests, depth, false, w.fillRadiance, nesting + 1);
+  for (uint32_t k = 0, made = 0; k < count; ++k)
+    if (codes[k] != PackedRgb::kMissing) codes[k] = PackedRgb::pack(w.fillRadiance[made++]);
+}
+
+bool RadiosityEngine::cachedRadiance(const Hit& hit, float footprint, int depth, int nesting,
                                      Rgb& out) const {
   if (!cache_ || depth > kCachedDepths) return false;
   const PatchTable& patches = world_.geometry().patches();
@@ -264,30 +298,36 @@ bool RadiosityEngine::cachedRadiance(const Hit& hit, bool front, float footprint
   // The coarsest level whose vertices lie as close as the ray is wide, and closer than the ray is long.
   Level level = Level::Coarse;
   const float widest = std::min(footprint * settings_.levelScale, hit.t);
-  while (patch.spacingAt(level) > widest) {
-    if (level == Level::Fine) return false;
-    level = static_cast<Level>(static_cast<int>(level) + 1);
-  }
-  level = patch.canonical(level);
+  if (patch.spacing > widest) return false;
+  while (patch.spacingAt(level) > widest) level = static_cast<Level>(static_cast<int>(level) + 1);
   const V2f local = patch.toLocal(hit.u, hit.v);
-  const VertexWeights around = patch.locate(level, local.x, local.y);
-  const CacheKey key{index, front, static_cast<uint8_t>(depth)};
-  CacheStatistics& statistics = cacheStatistics(level, depth);
-  ++statistics.lookups;
-  std::array<uint64_t, 4> codes;
-  if (cache_->find(key, level, {around.index, static_cast<size_t>(around.count)}, codes.data())) {
-    ++statistics.hits;
-  } else {
-    ++statistics.misses;
-    std::vector<uint64_t>& all = workspace(nesting).fillCodes;
-    fill(index, front, level, depth, nesting, all);
-    cache_->store(key, level, all);
-    for (int k = 0; k < around.count; ++k) codes[static_cast<size_t>(k)] = all[around.index[k]];
+  const CacheKey key{index, hit.front, static_cast<uint8_t>(depth)};
+  for (;; level = static_cast<Level>(static_cast<int>(level) + 1)) {
+    const Level stored = patch.canonical(level);
+    const VertexWeights around = patch.locate(stored, local.x, local.y);
+    CacheStatistics& statistics = cacheStatistics(stored, depth);
+    ++statistics.lookups;
+    std::array<uint64_t, 4> codes;
+    if (cache_->find(key, stored, {around.index, static_cast<size_t>(around.count)}, codes.data())) {
+      ++statistics.hits;
+    } else {
+      ++statistics.misses;
+      std::vector<uint64_t>& all = workspace(nesting).fillCodes;
+      fill(index, hit.front, stored, depth, nesting, all);
+      cache_->store(key, stored, all);
+      for (int k = 0; k < around.count; ++k) codes[static_cast<size_t>(k)] = all[around.index[k]];
+    }
+    bool whole = true;
+    for (int k = 0; k < around.count; ++k) whole &= codes[static_cast<size_t>(k)] != PackedRgb::kMissing;
+    if (!whole) {
+      if (level == Level::Fine) return false;
+      continue;
+    }
+    out = Rgb(0, 0, 0);
+    for (int k = 0; k < around.count; ++k)
+      out += PackedRgb::unpack(codes[static_cast<size_t>(k)]) * around.weight[k];
+    return true;
   }
-  out = Rgb(0, 0, 0);
-  for (int k = 0; k < around.count; ++k)
-    out += PackedRgb::unpack(codes[static_cast<size_t>(k)]) * around.weight[k];
-  return true;
 }
 
 void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const {

@@ -57,6 +57,11 @@ class RadiosityEngine {
   /// B at vertices, from the cache or made and kept. [any thread]
   void vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const;
 
+  /// Whether something stands between the vertices around a point, so that interpolating them would carry
+  /// light or darkness through it (a vertex inside a box that stands on the patch, or behind a wall). [any
+  /// thread]
+  bool separated(uint32_t patch, bool front, const VertexWeights& around) const;
+
   const World& world() const { return world_; }
   const PatchCache* cache() const { return cache_.get(); }
   void report() const;  ///< figures of the cache that are known at the end only [main]
@@ -70,7 +75,8 @@ class RadiosityEngine {
   void addIndirect(std::span<const Request> requests, int depth, bool single, Workspace& w,
                    int nesting) const;
   void follow(GatherRay ray, bool bounce, int depth, Workspace& w, int nesting) const;
-  bool cachedRadiance(const Hit& hit, bool front, float footprint, int depth, int nesting, Rgb& out) const;
+  bool cachedRadiance(const Hit& hit, float footprint, int depth, int nesting, Rgb& out) const;
+  bool blocked(const ShadingPoint& a, const ShadingPoint& b) const;
   void fill(uint32_t patch, bool front, Level level, int depth, int nesting,
             std::vector<uint64_t>& codes) const;
   void shadeNested(std::span<const Request> requests, int depth, bool single, std::span<Rgb> out,

@@ -96,7 +96,7 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
     }
     if (world_.shading().shaderOf(hit.placement).active(PATINA_ENTRY_RADIOSITY)) {
       Rgb b;
-      if (!cachedRadiance(hit, next.front, footprint, depth, nesting, b)) {
+      if (!cachedRadiance(hit, footprint, depth, nesting, b)) {
         const Request request{next, hashOf(seed, kNextPurpose, static_cast<uint32_t>(bounce))};
         shadeNested({&request, 1}, depth, true, {&b, 1}, nesting + 1);
       }

@@ -14,18 +14,19 @@ namespace patina {
 
 /// What the command line says; where it is silent the RIB's options hold, then the defaults.
 struct RenderSettings {
-  std::string mode;                   ///< "radiosity", "distribution", "path", "direct"; "" = not said
-  int threads = 0;                    ///< 0 = as many as the machine has
-  std::optional<int> samples;         ///< camera samples per pixel, in every mode
-  std::optional<int> rays;            ///< diffuse rays per shading point at diffuse depth 0
-  std::optional<int> lightSamples;    ///< shadow rays per area light and shading point at depth 0
+  std::string mode;                 ///< "radiosity", "distribution", "path", "direct"; "" = not said
+  int threads = 0;                  ///< 0 = as many as the machine has
+  std::optional<int> samples;       ///< camera samples per pixel, in every mode
+  std::optional<int> rays;          ///< diffuse rays per shading point at diffuse depth 0
+  std::optional<int> lightSamples;  ///< shadow rays per area light and shading point at depth 0
   std::optional<double> cacheMemoryMb;
-  bool classic = false;               ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
-  bool shadeAtHits = false;           ///< --shading hit: no decoupling of shading from visibility
+  bool classic = false;      ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
+  bool shadeAtHits = false;  ///< --shading hit: no decoupling of shading from visibility
   std::string shaderPath, texturePath;  ///< searched before the RIB's, RI path syntax
   bool allowShaderPaths = false;
-  std::function<void(double)> progress;  ///< fraction of the buckets done, 0 to 1; called from any thread, serialised
-  std::function<bool()> interrupted;     ///< true = stop after the buckets in work; the film holds what is there
+  std::function<void(double)>
+      progress;  ///< fraction of the buckets done, 0 to 1; called from any thread, serialised
+  std::function<bool()> interrupted;  ///< true = stop after the buckets in work; the film holds what is there
 };
 
 /// Renders `scene` and returns its film, or nullptr when nothing could be rendered (which has been reported).

@@ -101,7 +101,7 @@ ShadingPoint SurfaceShading::at(const Hit& hit, const V3f& direction, float foot
   const Facet facet = geometry_.facet(hit.placement, hit.face, hit.u, hit.v);
   ShadingPoint p;
   p.placement = hit.placement, p.face = hit.face, p.u = hit.u, p.v = hit.v;
-  p.front = facet.N.dot(direction) <= 0;
+  p.front = hit.front;
   p.P = facet.P, p.Ng = p.front ? facet.N : -facet.N, p.error = facet.error;
   p.I = direction;
   p.footprint = footprint;
