@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "rib/params.h"
 
@@ -18,6 +19,18 @@ namespace {
 constexpr std::string_view kSuffixes[] = {".so",  ".sl",  ".slo", ".slx", ".sdl",
                                           ".sdr", ".oso", ".osl", ".slc"};
 constexpr size_t kMaxName = 512;
+
+// Shaders that exporters bring along compiled for other renderers, and the standard ones that they vary.
+constexpr std::pair<std::string_view, std::string_view> kStandIns[] = {
+    {"hplastic", "plastic"},
+    {"GVmodulateplastic", "paintedplastic"},
+    {"GVdecalplastic", "paintedplastic"},
+    {"GVblendplastic", "paintedplastic"},
+    {"GVreplaceplastic", "paintedplastic"},
+    {"GVmodulateconstant", "constant"},
+    {"GVdecalconstant", "constant"},
+    {"GVblendconstant", "constant"},
+    {"GVreplaceconstant", "constant"}};
 
 std::string_view withoutSuffix(std::string_view name) {
   for (const std::string_view suffix : kSuffixes)
@@ -116,6 +129,12 @@ PluginLoader::Result PluginLoader::search(std::string_view name) {
     for (size_t i = 0; i < folders_.size() && !result.shader; ++i)
       result.shader = tryFile(fmt::format("{}/{}.so", folders_[i], stem), stem, attempts, refused);
 
+  std::string_view standIn;
+  for (const auto& [foreign, standard] : kStandIns)
+    if (foreign == stem) standIn = standard;
+  for (size_t i = 0; i < folders_.size() && !result.shader && !standIn.empty(); ++i)
+    result.shader = tryFile(fmt::format("{}/{}.so", folders_[i], standIn), standIn, attempts, refused);
+
   const bool forbidden = outside && !allowPaths_;
   constexpr std::string_view kForbidden =
       "a RIB may not name a plugin by absolute path or with \"..\" unless --allow-shader-paths is given";
@@ -123,14 +142,17 @@ PluginLoader::Result PluginLoader::search(std::string_view name) {
   for (const Attempt& a : attempts) tried += fmt::format("\n  {}: {}", a.path, a.reason);
 
   if (result.shader) {
-    if (forbidden)
+    const bool stoodIn = result.shader->name == standIn;
+    if (stoodIn)
+      result.note = fmt::format("shader \"{}\" is not found; \"{}\" stands in for it", name, standIn);
+    else if (forbidden)
       result.note =
           fmt::format("shader \"{}\": {}; \"{}\" of the search path is taken", name, kForbidden, stem);
     else if (stem != name && !(direct && withoutSuffix(name) == name))
       result.note = fmt::format("shader \"{}\": \"{}\" is taken", name, stem);
     if (refused)
       result.note += fmt::format("{}passed over on the way to it:{}", result.note.empty() ? "" : "; ", tried);
-    result.strange = forbidden || refused;
+    result.strange = forbidden || refused || stoodIn;
     return result;
   }
   result.refused = refused || forbidden;

@@ -51,9 +51,10 @@ bool isFile(const std::string& path) {
 std::vector<std::string> candidatesOf(std::string_view name, const std::vector<std::string>& folders) {
   std::vector<std::string> names{std::string(name)};
   for (const std::string_view made : kMade)
-    if (name.ends_with(made))
-      for (const std::string_view source : kSources)
-        names.push_back(std::string(name.substr(0, name.size() - made.size())) + std::string(source));
+    if (name.ends_with(made)) {
+      names.emplace_back(name.substr(0, name.size() - made.size()));  // "wood.tif.tx"
+      for (const std::string_view source : kSources) names.push_back(names[1] + std::string(source));
+    }
   std::vector<std::string> paths;
   for (const std::string& file : names) {
     const size_t slash = file.find_last_of("/\\");

@@ -172,6 +172,15 @@ TEST(PluginLoader, TakesTheStemOfNamesOfOtherRenderers) {
   }
 }
 
+TEST(PluginLoader, StandardShadersStandInForGeomviewsOwn) {
+  PluginLoader loader = makeLoader();
+  const PluginLoader::Result& result = loader.find("GVmodulateplastic");
+  ASSERT_NE(result.shader, nullptr) << result.error;
+  EXPECT_STREQ(result.shader->name, "paintedplastic");
+  EXPECT_TRUE(result.strange);
+  EXPECT_EQ(result.note, "shader \"GVmodulateplastic\" is not found; \"paintedplastic\" stands in for it");
+}
+
 TEST(PluginLoader, RefusesPathsOutOfTheSearchPath) {
   PluginLoader loader = makeLoader("");
   for (const std::string& name : {kTestPlugins + "/good", std::string("../tests/plugins/good"),

@@ -109,6 +109,7 @@ TEST_F(TextureTest, AFileThatIsNoPictureIsReported) {
 TEST_F(TextureTest, FindsThePictureThatATextureWasMadeFrom) {
   writePicture("wood.tif", 2, 2, ramp);  // the suffix does not matter to the reader
   EXPECT_NE(textures_->open("textures/wood.tx", {}), nullptr);
+  EXPECT_NE(textures_->open("wood.tif.tx", {}), nullptr);
   EXPECT_TRUE(messages_.empty());
 }
 
