@@ -216,8 +216,9 @@ int main(int argc, char** argv) {
   try {
     Run run{argv[1], argv[2], argv[4], {}};
     fs::create_directories(run.work);
-    for (const json& description : json::parse(contents(run.folder / "test.json")).at("cases"))
-      if (description.at("name") == argv[3]) run.description = description;
+    const json test = json::parse(contents(run.folder / "test.json"));
+    for (const json& description : test.at("cases"))
+      if (description.at("name") == std::string(argv[3])) run.description = description;
     require(!run.description.is_null(), std::string("no such case: ") + argv[3]);
     judge(run);
     return 0;
