@@ -79,40 +79,38 @@ ParametricMeshSurface::Control ParametricMeshSurface::gather(uint32_t face) cons
   return control;
 }
 
-/// The order of the additions is the same for the two patches at an edge: terms of weight zero change
-/// nothing.
-ParametricMeshSurface::Hpoint ParametricMeshSurface::sum(const Control& control, const Weights& u,
-                                                         const Weights& v) const {
-  Hpoint total{0, 0, 0, 0};
-  const auto columns = static_cast<size_t>(u_.points()), rows = static_cast<size_t>(v_.points());
-  for (size_t row = 0; row < rows; ++row) {
-    Hpoint line{0, 0, 0, 0};
+// The order of the additions is the same for the two patches at an edge: terms of weight zero change nothing.
+ParametricMeshSurface::Rows ParametricMeshSurface::alongU(const Control& control, const Weights& u) const {
+  Rows rows{};
+  const auto columns = static_cast<size_t>(u_.points()), count = static_cast<size_t>(v_.points());
+  for (size_t row = 0; row < count; ++row)
     for (size_t column = 0; column < columns; ++column) {
       const Hpoint& p = control.point[4 * row + column];
-      line.x += u[column] * p.x;
-      line.y += u[column] * p.y;
-      line.z += u[column] * p.z;
-      line.w += u[column] * p.w;
+      rows[row].x += u[column] * p.x;
+      rows[row].y += u[column] * p.y;
+      rows[row].z += u[column] * p.z;
+      rows[row].w += u[column] * p.w;
     }
-    total.x += v[row] * line.x;
-    total.y += v[row] * line.y;
-    total.z += v[row] * line.z;
-    total.w += v[row] * line.w;
+  return rows;
+}
+
+ParametricMeshSurface::Hpoint ParametricMeshSurface::alongV(const Rows& rows, const Weights& v) const {
+  Hpoint total{0, 0, 0, 0};
+  for (size_t row = 0; row < static_cast<size_t>(v_.points()); ++row) {
+    total.x += v[row] * rows[row].x;
+    total.y += v[row] * rows[row].y;
+    total.z += v[row] * rows[row].z;
+    total.w += v[row] * rows[row].w;
   }
   return total;
 }
 
-V3d ParametricMeshSurface::position(const Control& control, const Weights& u, const Weights& v) const {
-  const Hpoint h = sum(control, u, v);
-  return rational_ ? V3d(h.x / h.w, h.y / h.w, h.z / h.w) : V3d(h.x, h.y, h.z);
-}
-
 ParametricMeshSurface::Jet ParametricMeshSurface::jet(const Control& control, double u, double v) const {
-  const Weights wu = u_.at(u), wv = v_.at(v);
-  const Hpoint du = sum(control, u_.derivative(u), wv), dv = sum(control, wu, v_.derivative(v));
-  if (!rational_) return {position(control, wu, wv), {du.x, du.y, du.z}, {dv.x, dv.y, dv.z}};
-  const Hpoint h = sum(control, wu, wv);
-  const V3d P(h.x / h.w, h.y / h.w, h.z / h.w);
+  const Rows rows = alongU(control, u_.at(u)), slopes = alongU(control, u_.derivative(u));
+  const Weights wv = v_.at(v);
+  const Hpoint h = alongV(rows, wv), du = alongV(slopes, wv), dv = alongV(rows, v_.derivative(v));
+  const V3d P = project(h);
+  if (!rational_) return {P, {du.x, du.y, du.z}, {dv.x, dv.y, dv.z}};
   return {P, (V3d(du.x, du.y, du.z) - P * du.w) / h.w, (V3d(dv.x, dv.y, dv.z) - P * dv.w) / h.w};
 }
 
@@ -138,7 +136,7 @@ void ParametricMeshSurface::evaluateMany(uint32_t face, std::span<const V2f> uv,
 
 void ParametricMeshSurface::corners(uint32_t face, V3f out[4]) const {
   const Control control = gather(face);
-  for (int k = 0; k < 4; ++k) out[k] = V3f(position(control, u_.at(k % 2), v_.at(k / 2)));
+  for (int k = 0; k < 4; ++k) out[k] = V3f(project(alongV(alongU(control, u_.at(k % 2)), v_.at(k / 2))));
 }
 
 void ParametricMeshSurface::tessellate(uint32_t cells, std::span<V3f> out) const {
@@ -147,11 +145,14 @@ void ParametricMeshSurface::tessellate(uint32_t cells, std::span<V3f> out) const
     wu[i] = u_.at(static_cast<double>(i) / cells);
     wv[i] = v_.at(static_cast<double>(i) / cells);
   }
-  auto next = out.begin();
+  const size_t side = cells + 1;
   for (uint32_t face = 0; face < faceCount(); ++face) {
     const Control control = gather(face);
-    for (const Weights& v : wv)
-      for (const Weights& u : wu) *next++ = V3f(position(control, u, v));
+    for (size_t i = 0; i < side; ++i) {
+      const Rows rows = alongU(control, wu[i]);
+      for (size_t j = 0; j < side; ++j)
+        out[face * side * side + j * side + i] = V3f(project(alongV(rows, wv[j])));
+    }
   }
 }
 
@@ -218,8 +219,10 @@ Box3f ParametricMeshSurface::computeBound() const {
   };
   for (uint32_t face = 0; face < faceCount(); ++face) {
     const Control control = gather(face);
-    for (const Weights& v : bv)
-      for (const Weights& u : bu) extend(position(control, u, v));
+    for (const Weights& u : bu) {
+      const Rows rows = alongU(control, u);
+      for (const Weights& v : bv) extend(project(alongV(rows, v)));
+    }
   }
   Box3f box;
   const double margin = 2 * static_cast<double>(kMachineEpsilon) * size;

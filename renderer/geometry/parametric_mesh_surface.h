@@ -79,8 +79,12 @@ class ParametricMeshSurface final : public Surface {
   ParametricMeshSurface() = default;
   uint32_t pointIndex(uint32_t face, int column, int row) const;
   Control gather(uint32_t face) const;
-  Hpoint sum(const Control& control, const Weights& u, const Weights& v) const;
-  V3d position(const Control& control, const Weights& u, const Weights& v) const;
+  using Rows = std::array<Hpoint, 4>;
+  Rows alongU(const Control& control, const Weights& u) const;
+  Hpoint alongV(const Rows& rows, const Weights& v) const;
+  V3d project(const Hpoint& h) const {
+    return rational_ ? V3d(h.x / h.w, h.y / h.w, h.z / h.w) : V3d(h.x, h.y, h.z);
+  }
   Jet jet(const Control& control, double u, double v) const;
   SurfacePoint evaluate(const Control& control, double u, double v) const;
   Box3f computeBound() const;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <numeric>
 
 #include "renderer/geometry/polygon_surface.h"
 #include "renderer/geometry/triangulate.h"
@@ -95,26 +96,40 @@ struct PolygonSurface::Builder {
   }
 
   void triangulate(uint32_t polygon, uint32_t begin, std::span<const int> loopSizes) {
-    // Newell's normal of the outline says which coordinate to drop.
     const auto size = static_cast<uint32_t>(loopSizes[0]);
-    V3d normal(0);
+    V3d normal(0);  // Newell's
     const V3d origin(point(begin));
     for (uint32_t i = 1; i + 1 < size; ++i)
       normal += (V3d(point(begin + i)) - origin).cross(V3d(point(begin + i + 1)) - origin);
+    loops.assign(loopSizes.begin(), loopSizes.end());
+    const uint32_t end = begin + std::accumulate(loops.begin(), loops.end(), 0u);
+
+    // Dropping a coordinate keeps the floats exact. A polygon that is far from plane may cross itself that
+    // way and yet be simple as seen along its normal.
     const double nx = std::abs(normal.x), ny = std::abs(normal.y), nz = std::abs(normal.z);
-    const unsigned drop = nx > ny && nx > nz ? 0 : ny > nz ? 1 : 2;
+    const int drop = nx > ny && nx > nz ? 0 : ny > nz ? 1 : 2;
     plane.clear();
-    loops.clear();
-    uint32_t c = begin;
-    for (int n : loopSizes) {
-      loops.push_back(static_cast<uint32_t>(n));
-      for (int i = 0; i < n; ++i, ++c) {
-        const V3d p(point(c));
-        plane.emplace_back(p[(drop + 1) % 3], p[(drop + 2) % 3]);
-      }
-    }
+    for (uint32_t c = begin; c < end; ++c)
+      plane.emplace_back(point(c)[(drop + 1) % 3], point(c)[(drop + 2) % 3]);
     triangles.clear();
-    if (!triangulator.run(plane, loops, triangles) && !triangles.empty()) note(Crossing, polygon);
+    if (!triangulator.run(plane, loops, triangles) && normal != V3d(0)) {
+      const Frame frame(V3f(normal.normalized()));
+      const V3d x(frame.x), y(frame.y);
+      plane.clear();
+      for (uint32_t c = begin; c < end; ++c) {
+        const V3d p = V3d(point(c)) - origin;
+        plane.emplace_back(p.dot(x), p.dot(y));
+      }
+      const size_t before = triangles.size();
+      const bool simple = triangulator.run(plane, loops, triangles);
+      if (simple)
+        triangles.erase(triangles.begin(), triangles.begin() + static_cast<ptrdiff_t>(before));
+      else
+        triangles.resize(before);
+      if (!simple && before > 0) note(Crossing, polygon);
+    } else if (normal == V3d(0) && !triangles.empty()) {
+      note(Crossing, polygon);
+    }
     for (const auto& t : triangles) addTriangle(polygon, begin + t[0], begin + t[1], begin + t[2]);
   }
 

@@ -5,6 +5,7 @@
 
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 
+#include <array>
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
@@ -20,6 +21,26 @@ struct SubdivisionFace {
   static constexpr uint32_t kWhole = 0xffffffffu;
   uint32_t base;
   uint32_t part;  ///< number of the vertex; kWhole = a quad
+};
+
+/// Bfr's patches for irregular neighbourhoods, each made once for all faces that look alike: about 30 KB
+/// each, at most kLimit of them. Faces beyond (a mesh with thousands of different sharpnesses) make theirs
+/// again each time.
+class PatchCache final : public OpenSubdiv::Bfr::SurfaceFactoryCache {
+ protected:
+  static constexpr size_t kLimit = 4096;
+
+  DataType Find(const KeyType& key) const override {
+    const std::shared_lock lock(mutex_);
+    return find(key);
+  }
+  DataType Add(const KeyType& key, const DataType& data) override {
+    const std::unique_lock lock(mutex_);
+    return Size() < kLimit ? add(key, data) : data;
+  }
+
+ private:
+  mutable std::shared_mutex mutex_;
 };
 
 class SubdivisionSurface final : public Surface {
@@ -41,10 +62,7 @@ class SubdivisionSurface final : public Surface {
 
  private:
   using BfrSurface = OpenSubdiv::Bfr::Surface<double>;
-  using FactoryCache =
-      OpenSubdiv::Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,
-                                                   std::unique_lock<std::shared_mutex>>;
-  using Factory = OpenSubdiv::Bfr::RefinerSurfaceFactory<FactoryCache>;
+  using Factory = OpenSubdiv::Bfr::RefinerSurfaceFactory<PatchCache>;
 
   static constexpr uint32_t kPositions = 0xffffffffu;  ///< in place of a face-varying channel
 
@@ -54,13 +72,18 @@ class SubdivisionSurface final : public Surface {
     uint32_t base = 0, channel = 0;
     BfrSurface surface;
     std::vector<int> indices;     ///< of the control points
-    std::vector<double> points;   ///< patch points, of positions only
+    bool cubic = false;           ///< positions are one bicubic polynomial
+    std::array<V3d, 16> power;    ///< then: coefficient of u^i v^j at 4 j + i
+    std::vector<double> points;   ///< else: patch points
     std::vector<double> stencil;  ///< at (u, v), for variables
     double u = -1, v = -1;
   };
   /// A place on a base face and how it moves with the face's u and v.
   struct Place {
     double uv[2], du[2], dv[2];
+  };
+  struct Jet {
+    V3d P, du, dv;
   };
 
   SubdivisionFace faceAt(uint32_t face) const;
@@ -69,7 +92,9 @@ class SubdivisionSurface final : public Surface {
   }
   const OpenSubdiv::Far::TopologyRefiner& refiner() const { return *topology_.refiner; }
   Prepared& prepare(uint32_t base, uint32_t channel) const;
+  void preparePositions(Prepared& prepared) const;
   Place place(const BfrSurface& surface, const SubdivisionFace& face, double u, double v) const;
+  Jet jet(const Prepared& prepared, const SubdivisionFace& face, double u, double v) const;
   SurfacePoint evaluate(const Prepared& prepared, const SubdivisionFace& face, double u, double v) const;
   void evaluateGrid(uint32_t face, uint32_t cells, std::span<V3f> out) const;
   void interpolateLinear(const PrimVar& variable, const SubdivisionFace& face, double u, double v,
@@ -83,8 +108,9 @@ class SubdivisionSurface final : public Surface {
   SubdivisionTopology topology_;
   PointView points_;
   Factory factory_;
-  uint64_t id_;                         ///< unlike a pointer never reused
-  std::vector<SubdivisionFace> faces_;  ///< empty: face i is base face i, all quads
+  uint64_t id_;  ///< unlike a pointer never reused
+  bool plain_;   ///< face i is base face i, a quad: faces_ is empty
+  std::vector<SubdivisionFace> faces_;
   bool loop_;
   Box3f bound_;
 };

@@ -15,45 +15,34 @@ size_t gridIndex(uint32_t face, uint32_t i, uint32_t j, uint32_t cells) {
   return face * side * side + j * side + i;
 }
 
-/// Coefficients of the cubic through values at 0, 1/3, 2/3 and 1, constant term first.
-std::array<V3d, 4> cubicThrough(const V3d& a, const V3d& b, const V3d& c, const V3d& d) {
-  return {a, (a * -11.0 + b * 18.0 - c * 9.0 + d * 2.0) * 0.5, (a * 2.0 - b * 5.0 + c * 4.0 - d) * 4.5,
-          (a * -1.0 + b * 3.0 - c * 3.0 + d) * 4.5};
-}
-
-V3d horner(const std::array<V3d, 4>& p, double t) { return ((p[3] * t + p[2]) * t + p[1]) * t + p[0]; }
-
 }  // namespace
 
 void SubdivisionSurface::evaluateGrid(uint32_t face, uint32_t cells, std::span<V3f> out) const {
   const SubdivisionFace f = faceAt(face);
   const Prepared& prepared = prepare(f.base, kPositions);
-  const auto position = [&](double u, double v) {
-    V3d P;
-    prepared.surface.Evaluate(place(prepared.surface, f, u, v).uv, prepared.points.data(), PointDescriptor(3),
-                              P.getValue());
-    return P;
-  };
   const double step = 1.0 / cells;
   V3f* next = &out[gridIndex(face, 0, 0, cells)];
-  if (!loop_ && cells >= 4 && prepared.surface.IsRegular()) {
-    // One bicubic polynomial: 16 points determine it.
-    std::array<std::array<V3d, 4>, 4> rows;
-    for (size_t j = 0; j < 4; ++j) {
-      const double v = static_cast<double>(j) / 3;
-      rows[j] = cubicThrough(position(0, v), position(1.0 / 3, v), position(2.0 / 3, v), position(1, v));
+  for (uint32_t j = 0; j <= cells; ++j) {
+    const double v = j * step;
+    if (prepared.cubic) {
+      std::array<V3d, 4> c;
+      for (size_t i = 0; i < 4; ++i) {
+        const std::array<V3d, 16>& g = prepared.power;
+        c[i] = ((g[12 + i] * v + g[8 + i]) * v + g[4 + i]) * v + g[i];
+      }
+      for (uint32_t i = 0; i <= cells; ++i) {
+        const double u = i * step;
+        *next++ = V3f(((c[3] * u + c[2]) * u + c[1]) * u + c[0]);
+      }
+      continue;
     }
-    std::array<std::array<V3d, 4>, 4> columns;
-    for (size_t i = 0; i < 4; ++i) columns[i] = cubicThrough(rows[0][i], rows[1][i], rows[2][i], rows[3][i]);
-    for (uint32_t j = 0; j <= cells; ++j) {
-      std::array<V3d, 4> row;
-      for (size_t i = 0; i < 4; ++i) row[i] = horner(columns[i], j * step);
-      for (uint32_t i = 0; i <= cells; ++i) *next++ = V3f(horner(row, i * step));
+    for (uint32_t i = 0; i <= cells; ++i) {
+      V3d P;
+      prepared.surface.Evaluate(place(prepared.surface, f, i * step, v).uv, prepared.points.data(),
+                                PointDescriptor(3), P.getValue());
+      *next++ = V3f(P);
     }
-    return;
   }
-  for (uint32_t j = 0; j <= cells; ++j)
-    for (uint32_t i = 0; i <= cells; ++i) *next++ = V3f(position(i * step, j * step));
 }
 
 void SubdivisionSurface::tessellate(uint32_t cells, std::span<V3f> out) const {

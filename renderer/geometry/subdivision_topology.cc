@@ -7,6 +7,7 @@
 #include <opensubdiv/far/topologyDescriptor.h>
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 #include <numeric>
 
@@ -188,6 +189,22 @@ const char* faceProblem(std::span<const int> face, size_t pointCount, bool trian
   return std::adjacent_find(sorted.begin(), end) != end ? "uses a vertex twice" : nullptr;
 }
 
+/// A vertex at which two faces share both their edges, while some edge is sharp or has more than two faces;
+/// -1 if there is none. Bfr 3.5.0 then reads sharpnesses that it has not written (mended in OpenSubdiv 3.5.1,
+/// change 51eb6a0).
+int findSharpPinch(const Far::TopologyLevel& level, bool creases) {
+  for (int e = 0; !creases && e < level.GetNumEdges(); ++e) creases = level.IsEdgeNonManifold(e);
+  for (int f = 0; creases && f < level.GetNumFaces(); ++f) {
+    const auto edges = level.GetFaceEdges(f);
+    for (int k = 0; k < edges.size(); ++k) {
+      const auto before = level.GetEdgeFaces(edges[(k + edges.size() - 1) % edges.size()]);
+      for (int other : level.GetEdgeFaces(edges[k]))
+        if (other != f && before.FindIndex(other) >= 0) return level.GetFaceVertices(f)[k];
+    }
+  }
+  return -1;
+}
+
 }  // namespace
 
 size_t SubdivisionTopology::memory() const {
@@ -211,7 +228,7 @@ SubdivisionTopology buildTopology(const SubdivisionMesh& mesh, const Primitive& 
   const auto refuse = [&](std::string_view why) {
     errors.report(Severity::Warning, RiError::BadArgument, primitive.where,
                   fmt::format("SubdivisionMesh: {}; rendered as polygons", why));
-    topology.refiner.reset();
+    topology.asPolygons = true;
     return std::move(topology);
   };
 
@@ -301,6 +318,12 @@ SubdivisionTopology buildTopology(const SubdivisionMesh& mesh, const Primitive& 
   MessageCollector messages;
   topology.refiner.reset(Factory::Create(descriptor, Factory::Options(scheme, tags.options)));
   if (!topology.refiner) return refuse("OpenSubdiv refuses its topology: " + messages.text);
+  const bool creases =
+      std::any_of(tags.creaseWeights.begin(), tags.creaseWeights.end(), [](float w) { return w > 0; });
+  if (const int vertex = findSharpPinch(topology.refiner->GetLevel(0), creases); vertex >= 0) {
+    topology.refiner.reset();
+    return refuse(fmt::format("two faces share two edges at vertex {}, in a mesh with creases", vertex));
+  }
   if (!messages.text.empty())
     errors.report(Severity::Warning, RiError::BadArgument, primitive.where,
                   "SubdivisionMesh: " + messages.text);

@@ -20,13 +20,13 @@ struct SubdivisionTopology {
   /// one value.
   struct Channel {
     const PrimVar* variable;
-    std::vector<uint32_t>
-        cornerOf;  ///< for each value, a corner (index into SubdivisionMesh::vertices) that has it
+    /// For each value, a corner (index into SubdivisionMesh::vertices) that has it.
+    std::vector<uint32_t> cornerOf;
   };
 
   std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> refiner;  ///< not refined: only the base level
-  std::vector<uint32_t>
-      requestFace;  ///< the request's number of each base face; empty when none was left out
+  bool asPolygons = false;            ///< no refiner, but the faces can be rendered as they are
+  std::vector<uint32_t> requestFace;  ///< number in the request of each base face; empty: the same
   std::vector<uint32_t> firstCorner;  ///< of each base face: index into SubdivisionMesh::vertices
   std::vector<Channel> channels;      ///< face-varying channels of the refiner
 

@@ -1,0 +1,512 @@
+// SPDX-License-Identifier: Apache-2.0
+// Subdivision surfaces: against closed forms, against uniform refinement by OpenSubdiv's Far (another
+// implementation), seams, variables, tags, and topology that makes no sense.
+#include <gmock/gmock.h>
+#include <opensubdiv/far/primvarRefiner.h>
+#include <opensubdiv/far/topologyDescriptor.h>
+
+#include <set>
+#include <thread>
+
+#include "tests/unit/geometry_surface_fixtures.h"
+
+namespace patina {
+namespace {
+
+using namespace test;
+namespace Far = OpenSubdiv::Far;
+namespace Sdc = OpenSubdiv::Sdc;
+
+const std::vector<float> kCubePoints{-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1,
+                                     -1, -1, 1,  1, -1, 1,  -1, 1, 1,  1, 1, 1};
+const std::vector<int> kCubeFaces{0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+
+SubdivisionMesh cube(std::vector<SubdivisionMesh::Tag> tags = {}) {
+  return {"catmull-clark", {4, 4, 4, 4, 4, 4}, kCubeFaces, std::move(tags)};
+}
+
+/// A prism over an n-gon: two n-gons and n quads.
+Primitive prism(int n, std::vector<SubdivisionMesh::Tag> tags = {}) {
+  SubdivisionMesh mesh{"catmull-clark", {n, n}, {}, std::move(tags)};
+  std::vector<float> P;
+  for (int z = 0; z < 2; ++z)
+    for (int i = 0; i < n; ++i) {
+      const float a = 2 * kPi * static_cast<float>(i) / static_cast<float>(n);
+      P.insert(P.end(), {std::cos(a), std::sin(a) * 1.3f, 2.0f * static_cast<float>(z)});
+    }
+  for (int i = 0; i < n; ++i) mesh.vertices.push_back(n - 1 - i);
+  for (int i = 0; i < n; ++i) mesh.vertices.push_back(n + i);
+  for (int i = 0; i < n; ++i) {
+    mesh.vertsPerFace.push_back(4);
+    const int j = (i + 1) % n;
+    mesh.vertices.insert(mesh.vertices.end(), {i, j, n + j, n + i});
+  }
+  return primitive(std::move(mesh), std::move(P));
+}
+
+/// A grid of (nu-1) x (nv-1) quads over the plane with some height.
+Primitive sheet(int nu, int nv, std::vector<SubdivisionMesh::Tag> tags) {
+  SubdivisionMesh mesh{"catmull-clark", {}, {}, std::move(tags)};
+  std::vector<float> P;
+  for (int j = 0; j < nv; ++j)
+    for (int i = 0; i < nu; ++i)
+      P.insert(P.end(), {static_cast<float>(i), static_cast<float>(j),
+                         static_cast<float>((i * 7 + j * 5) % 4) * 0.4f});
+  for (int j = 0; j + 1 < nv; ++j)
+    for (int i = 0; i + 1 < nu; ++i) {
+      const int v = j * nu + i;
+      mesh.vertsPerFace.push_back(4);
+      mesh.vertices.insert(mesh.vertices.end(), {v, v + 1, v + nu + 1, v + nu});
+    }
+  return primitive(std::move(mesh), std::move(P));
+}
+
+// The limit of a vertex of valence n between quads is (n^2 v + 4 sum of edge neighbours + sum of face
+// neighbours) / (n (n + 5)) (Halstead, Kass, DeRose 1993). On the cube: (9 v + 4 * 3 edges + 3 faces) / 24.
+TEST(SubdivisionSurface, CubeCornersAreTheClosedForm) {
+  const auto s = make(primitive(cube(), kCubePoints));
+  ASSERT_EQ(s->faceCount(), 6u);
+  const float expected =
+      (9.0f + 4 * 1 - 1) / 24;  // edge neighbours sum to (1,1,1), face neighbours to (-1,-1,-1)
+  for (uint32_t face = 0; face < 6; ++face) {
+    V3f c[4];
+    s->corners(face, c);
+    for (const V3f& p : c) EXPECT_NEAR(maxAbsComponent(p), expected, 1e-6f);
+    for (const V3f& p : c) EXPECT_NEAR(p.length(), expected * std::sqrt(3.0f), 1e-6f);
+    for (float u : {0.0f, 0.25f, 1.0f})
+      for (float v : {0.0f, 0.6f, 1.0f}) {
+        const SurfacePoint p = s->evaluate(face, u, v);
+        EXPECT_GT(p.N.dot(p.P), 0);
+        EXPECT_TRUE(s->bound().intersects(p.P));
+      }
+    for (float u : {0.1f, 0.5f, 0.8f}) expectDerivatives(*s, face, u, 0.3f, 2e-2f);
+  }
+  // The middle of a face lies on its axis; the normal follows by symmetry.
+  expectNear(s->evaluate(1, 0.5f, 0.5f).N, {0, 0, 1}, 1e-6f);
+  expectNear(s->evaluate(1, 1, 1).N, V3f(1, 1, 1).normalized(), 1e-4f);
+}
+
+TEST(SubdivisionSurface, FirstVertexIsTheOriginAndUGoesToTheSecond) {
+  const auto s = make(primitive(cube(), kCubePoints));
+  for (uint32_t face = 0; face < 6; ++face) {
+    V3f c[4];
+    s->corners(face, c);
+    const size_t order[4] = {0, 1, 3, 2};
+    for (size_t k = 0; k < 4; ++k) {
+      const auto v = static_cast<size_t>(kCubeFaces[4 * face + order[k]]);
+      expectNear(c[k], V3f(kCubePoints[3 * v], kCubePoints[3 * v + 1], kCubePoints[3 * v + 2]) * 0.5f, 1e-6f);
+    }
+  }
+  // Parts of an n-gon: each begins at its own vertex, all end at the middle.
+  const Primitive five = prism(5, {{"interpolateboundary", {1}, {}, {}}});
+  const auto p = make(five);
+  ASSERT_EQ(p->faceCount(), 15u);
+  for (uint32_t k = 0; k < 5; ++k) {
+    V3f c[4], next[4];
+    p->corners(k, c);
+    p->corners((k + 1) % 5, next);
+    expectNear(c[1], next[2], 1e-6f);
+    expectNear(c[3], next[3], 1e-6f);
+    EXPECT_EQ(p->uniformIndex(k), 0u);
+    expectDerivatives(*p, k, 0.4f, 0.3f, 2e-2f);
+    expectDerivatives(*p, k, 0.9f, 0.95f, 2e-2f);
+  }
+}
+
+/// Limit positions of all base vertices and face middles after `levels` uniform refinements by Far.
+struct FarPoint {
+  V3d p{0};
+  void Clear() { p = V3d(0); }
+  void AddWithWeight(const FarPoint& q, float w) { p += q.p * static_cast<double>(w); }
+};
+std::set<std::tuple<int, int, int>> farLimit(const SubdivisionMesh& mesh, const std::vector<float>& P,
+                                             Sdc::Options options, const std::vector<int>& pairs = {},
+                                             const std::vector<float>& weights = {}, int levels = 4,
+                                             Sdc::SchemeType scheme = Sdc::SCHEME_CATMARK,
+                                             std::vector<V3d>* positions = nullptr) {
+  Far::TopologyDescriptor d;
+  d.numVertices = static_cast<int>(P.size() / 3);
+  d.numFaces = static_cast<int>(mesh.vertsPerFace.size());
+  d.numVertsPerFace = mesh.vertsPerFace.data();
+  d.vertIndicesPerFace = mesh.vertices.data();
+  d.numCreases = static_cast<int>(weights.size());
+  d.creaseVertexIndexPairs = pairs.data();
+  d.creaseWeights = weights.data();
+  using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
+  std::unique_ptr<Far::TopologyRefiner> refiner(Factory::Create(d, Factory::Options(scheme, options)));
+  Far::TopologyRefiner::UniformOptions uniform(levels);
+  uniform.fullTopologyInLastLevel = true;
+  refiner->RefineUniform(uniform);
+  Far::PrimvarRefiner primvars(*refiner);
+  std::vector<FarPoint> points(P.size() / 3);
+  for (size_t i = 0; i < points.size(); ++i) points[i].p = V3d(V3f(P[3 * i], P[3 * i + 1], P[3 * i + 2]));
+  for (int level = 1; level <= levels; ++level) {
+    std::vector<FarPoint> next(static_cast<size_t>(refiner->GetLevel(level).GetNumVertices()));
+    primvars.Interpolate(level, points, next);
+    points = std::move(next);
+  }
+  std::vector<FarPoint> limit(points.size());
+  primvars.Limit(points, limit);
+  std::set<std::tuple<int, int, int>> out;
+  for (const FarPoint& q : limit) {
+    out.insert({static_cast<int>(std::lround(q.p.x * 1e3)), static_cast<int>(std::lround(q.p.y * 1e3)),
+                static_cast<int>(std::lround(q.p.z * 1e3))});
+    if (positions) positions->push_back(q.p);
+  }
+  return out;
+}
+
+/// Every Far limit point of `levels` refinements must be a point of our grids of 2^levels cells, and the
+/// other way round.
+void expectSamePoints(const Surface& s, const std::vector<V3d>& far, uint32_t cells, float tolerance) {
+  const size_t side = cells + 1;
+  std::vector<V3f> ours;
+  for (uint32_t face = 0; face < s.faceCount(); ++face)
+    for (size_t j = 0; j < side; ++j)
+      for (size_t i = 0; i < side; ++i)
+        ours.push_back(s.evaluate(face, static_cast<float>(i) / static_cast<float>(cells),
+                                  static_cast<float>(j) / static_cast<float>(cells))
+                           .P);
+  const auto nearest = [](const auto& p, const auto& cloud) {
+    double best = 1e30;
+    for (const auto& q : cloud) best = std::min(best, (V3d(q) - V3d(p)).length());
+    return best;
+  };
+  double worst = 0;
+  for (const V3f& p : ours) worst = std::max(worst, nearest(p, far));
+  for (const V3d& p : far) worst = std::max(worst, nearest(p, ours));
+  EXPECT_LT(worst, static_cast<double>(tolerance));
+}
+
+Sdc::Options boundary(Sdc::Options::VtxBoundaryInterpolation rule) {
+  Sdc::Options options;
+  options.SetVtxBoundaryInterpolation(rule);
+  return options;
+}
+
+TEST(SubdivisionSurface, AgreesWithUniformRefinement) {
+  std::vector<V3d> far;
+  farLimit(cube(), kCubePoints, {}, {}, {}, 3, Sdc::SCHEME_CATMARK, &far);
+  expectSamePoints(*make(primitive(cube(), kCubePoints)), far, 8, 2e-4f);
+
+  for (int rule : {1, 2}) {
+    const auto s = make(sheet(4, 4, {{"interpolateboundary", {rule}, {}, {}}}));
+    far.clear();
+    farLimit(std::get<SubdivisionMesh>(s.primitive->shape), s.primitive->variables[0].floats,
+             boundary(rule == 1 ? Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER
+                                : Sdc::Options::VTX_BOUNDARY_EDGE_ONLY),
+             {}, {}, 3, Sdc::SCHEME_CATMARK, &far);
+    expectSamePoints(*s, far, 8, 1e-5f);
+  }
+  const auto s = make(prism(5));
+  far.clear();
+  farLimit(std::get<SubdivisionMesh>(s.primitive->shape), s.primitive->variables[0].floats, {}, {}, {}, 3,
+           Sdc::SCHEME_CATMARK, &far);
+  // The quads have 8 cells and the parts of the pentagons 4 at the third refinement: compare the corners of
+  // all.
+  for (uint32_t face = 0; face < s->faceCount(); ++face) {
+    V3f c[4];
+    s->corners(face, c);
+    for (const V3f& p : c) {
+      double best = 1;
+      for (const V3d& q : far) best = std::min(best, (q - V3d(p)).length());
+      EXPECT_LT(best, 2e-4) << face;
+    }
+  }
+}
+
+TEST(SubdivisionSurface, Creases) {
+  // An infinitely sharp ring around the top of the cube, and a semi-sharp one of 2.5.
+  for (float sharpness : {10.0f, 2.0f, 0.5f}) {
+    const std::vector<int> ring{4, 5, 7, 6, 4};
+    const auto s = make(primitive(cube({{"crease", ring, {sharpness}, {}}}), kCubePoints));
+    std::vector<int> pairs;
+    for (size_t i = 0; i + 1 < ring.size(); ++i) pairs.insert(pairs.end(), {ring[i], ring[i + 1]});
+    std::vector<V3d> far;
+    farLimit(cube(), kCubePoints, {}, pairs, std::vector<float>(4, sharpness), 4, Sdc::SCHEME_CATMARK, &far);
+    expectSamePoints(*s, far, 16, 1e-3f);
+    if (sharpness == 10) {
+      // A closed ring of infinite sharpness is a cubic B-spline: at its points (1 + 4 + 1) / 6.
+      EXPECT_NEAR(s->evaluate(1, 0, 0).P.x, -(4.0f + 1 - 1) / 6, 1e-5f);
+      EXPECT_NEAR(s->evaluate(1, 0, 0).P.z, 1, 1e-5f);
+      EXPECT_EQ(openEdges(*s, 8), 0u);
+    }
+  }
+}
+
+TEST(SubdivisionSurface, CornersStayWhereTheyAre) {
+  const auto s = make(primitive(cube({{"corner", {7}, {10}, {}}}), kCubePoints));
+  expectNear(s->evaluate(1, 1, 1).P, {1, 1, 1}, 1e-5f);
+  const auto square = make(sheet(2, 2, {{"interpolateboundary", {1}, {}, {}}}));
+  V3f c[4];
+  square->corners(0, c);
+  for (int k = 0; k < 4; ++k) {
+    const size_t v = static_cast<size_t>(k);
+    expectNear(
+        c[k],
+        V3f(square.primitive->variables[0].floats[3 * v], square.primitive->variables[0].floats[3 * v + 1],
+            square.primitive->variables[0].floats[3 * v + 2]),
+        1e-6f);
+  }
+}
+
+TEST(SubdivisionSurface, HolesAndBoundaryFacesAreLeftOut) {
+  const auto s = make(primitive(cube({{"hole", {1}, {}, {}}}), kCubePoints));
+  EXPECT_EQ(s->faceCount(), 5u);
+  EXPECT_EQ(s->uniformIndex(1), 2u);
+  EXPECT_EQ(openEdges(*s, 4), 16u);                   // the rim of the hole
+  EXPECT_EQ(make(sheet(5, 4, {}))->faceCount(), 2u);  // the inner 2 x 1 of 4 x 3
+  EXPECT_EQ(make(sheet(5, 4, {{"interpolateboundary", {}, {}, {}}}))->faceCount(), 12u);
+}
+
+TEST(SubdivisionSurface, ClosedMeshesAreWatertight) {
+  for (uint32_t cells : {1u, 2u, 4u, 16u}) {
+    EXPECT_EQ(openEdges(*make(primitive(cube(), kCubePoints)), cells), 0u) << cells;
+    for (int n : {3, 5, 7}) EXPECT_EQ(openEdges(*make(prism(n)), cells), 0u) << n << " " << cells;
+    EXPECT_EQ(openEdges(*make(primitive(
+                            SubdivisionMesh{"loop", {3, 3, 3, 3}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2}, {}},
+                            {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1})),
+                        cells),
+              0u)
+        << cells;
+    SubdivisionMesh bilinear = cube();
+    bilinear.scheme = "bilinear";
+    EXPECT_EQ(openEdges(*make(primitive(bilinear, kCubePoints)), cells), 0u) << cells;
+  }
+  EXPECT_GT(volume(*make(primitive(cube(), kCubePoints)), 16), 0);
+}
+
+TEST(SubdivisionSurface, TessellationIsTheLimit) {
+  for (const Made& s : {make(prism(5)), make(sheet(6, 6, {{"interpolateboundary", {1}, {}, {}}}))}) {
+    std::vector<V3f> grid(s->faceCount() * 81);
+    s->tessellate(8, grid);
+    for (uint32_t face = 0; face < s->faceCount(); ++face)
+      for (size_t j = 1; j < 8; ++j)
+        for (size_t i = 1; i < 8; ++i)
+          expectNear(grid[face * 81 + j * 9 + i],
+                     s->evaluate(face, static_cast<float>(i) / 8, static_cast<float>(j) / 8).P, 5e-7f);
+  }
+}
+
+TEST(SubdivisionSurface, Loop) {
+  // Octahedron: valence 4. Limit = (v + chi sum) / (1 + n chi), beta = (5/8 - (3/8 + cos(2 pi / n) / 4)^2) /
+  // n, chi = 1 / (3/(8 beta) + n).
+  const std::vector<float> P{1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1};
+  const std::vector<int> v{0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+  const auto s = make(primitive(SubdivisionMesh{"loop", std::vector<int>(8, 3), v, {}}, P));
+  ASSERT_EQ(s->faceCount(), 24u);
+  const double beta = (5.0 / 8 - std::pow(3.0 / 8, 2)) / 4, chi = 1 / (3 / (8 * beta) + 4);
+  const double limit = 1 - 4 * chi;  // the neighbours sum to zero
+  EXPECT_NEAR(s->evaluate(0, 0, 0).P.x, limit, 1e-5);
+  expectNear(s->evaluate(0, 0, 0).N, {1, 0, 0}, 1e-4f);
+  for (uint32_t face = 0; face < 24; ++face) {
+    EXPECT_EQ(s->uniformIndex(face), face / 3);
+    expectDerivatives(*s, face, 0.3f, 0.6f, 2e-2f);
+    expectNear(s->evaluate(face, 1, 1).P, s->evaluate(face / 3 * 3, 1, 1).P, 1e-6f);
+  }
+}
+
+TEST(SubdivisionSurface, VariablesByClass) {
+  Primitive p = primitive(cube(), kCubePoints);
+  std::vector<float> perCorner(24), x;
+  for (size_t c = 0; c < 24; ++c) perCorner[c] = kCubePoints[3 * static_cast<size_t>(kCubeFaces[c])];
+  for (size_t i = 0; i < 8; ++i) x.push_back(kCubePoints[3 * i]);
+  p.variables.push_back(variable("vertex", StorageClass::Vertex, ValueType::Point, 3, kCubePoints));
+  p.variables.push_back(variable("varying", StorageClass::Varying, ValueType::Float, 1, x));
+  p.variables.push_back(variable("corner", StorageClass::FaceVarying, ValueType::Float, 1, perCorner));
+  p.variables.push_back(variable("smooth", StorageClass::FaceVertex, ValueType::Float, 1, perCorner));
+  p.variables.push_back(variable("uniform", StorageClass::Uniform, ValueType::Float, 1, {0, 1, 2, 3, 4, 5}));
+  const auto s = make(std::move(p));
+  const auto value = [&](const char* name, uint32_t face, float u, float v) {
+    V3f out(0);
+    s->interpolate(*findVariable(*s.primitive, name), face, u, v, out.getValue());
+    return out;
+  };
+  for (uint32_t face = 0; face < 6; ++face)
+    for (float u : {0.0f, 0.3f, 1.0f})
+      for (float v : {0.0f, 0.7f}) {
+        const V3f P = s->evaluate(face, u, v).P;
+        expectNear(value("vertex", face, u, v), P, 1e-6f);
+        EXPECT_NEAR(value("smooth", face, u, v).x, P.x,
+                    1e-6f);  // equal around every vertex: the same surface
+        const auto corner = [&](size_t k) { return perCorner[4 * face + k]; };
+        const float flat =
+            (corner(0) * (1 - u) + corner(1) * u) * (1 - v) + (corner(3) * (1 - u) + corner(2) * u) * v;
+        EXPECT_NEAR(value("varying", face, u, v).x, flat, 1e-6f);
+        EXPECT_NEAR(value("corner", face, u, v).x, flat, 1e-6f);
+        EXPECT_EQ(value("uniform", face, u, v).x, static_cast<float>(face));
+      }
+  // The parts of an n-gon: linear data stay linear.
+  Primitive q = prism(5);
+  std::vector<float> values;
+  for (int v : std::get<SubdivisionMesh>(q.shape).vertices)
+    values.push_back(q.variables[0].floats[3 * static_cast<size_t>(v)]);
+  q.variables.push_back(variable("corner", StorageClass::FaceVarying, ValueType::Float, 1, values));
+  const auto t = make(std::move(q));
+  for (uint32_t face = 0; face < 5; ++face) {
+    float middle = 1, vertex = 0;
+    t->interpolate(t.primitive->variables[1], face, 1, 1, &middle);
+    t->interpolate(t.primitive->variables[1], face, 0, 0, &vertex);
+    EXPECT_NEAR(middle, 0, 1e-6f);
+    EXPECT_EQ(vertex, values[face]);
+  }
+}
+
+TEST(SubdivisionSurface, SmoothFaceVaryingKeepsSeams) {
+  // st over a sheet with a jump of 5 between its left and right half; boundaries sharp (3).
+  Primitive p =
+      sheet(5, 3, {{"interpolateboundary", {1}, {}, {}}, {"facevaryinginterpolateboundary", {3}, {}, {}}});
+  std::vector<float> values;
+  const auto& mesh = std::get<SubdivisionMesh>(p.shape);
+  for (size_t c = 0; c < mesh.vertices.size(); ++c) {
+    const bool right = c / 4 % 4 >= 2;
+    values.push_back(static_cast<float>(mesh.vertices[c] % 5) + (right ? 5.0f : 0.0f));
+  }
+  p.variables.push_back(variable("s", StorageClass::FaceVarying, ValueType::Float, 1, values));
+  const auto s = make(std::move(p));
+  float left = 0, right = 0, inner = 0;
+  s->interpolate(s.primitive->variables[1], 1, 1, 0.5f, &left);
+  s->interpolate(s.primitive->variables[1], 2, 0, 0.5f, &right);
+  s->interpolate(s.primitive->variables[1], 0, 0.5f, 0.5f, &inner);
+  EXPECT_NEAR(left, 2, 1e-5f);
+  EXPECT_NEAR(right, 7, 1e-5f);
+  EXPECT_GT(inner, 0.4f);
+  EXPECT_LT(inner, 0.6f);
+}
+
+TEST(SubdivisionSurface, ThreadsSeeTheSame) {
+  const auto s = make(prism(7));
+  std::vector<V3f> expected;
+  for (uint32_t face = 0; face < s->faceCount(); ++face) expected.push_back(s->evaluate(face, 0.3f, 0.4f).P);
+  std::vector<std::thread> threads;
+  std::atomic<int> wrong = 0;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      for (int k = 0; k < 2000; ++k) {
+        const auto face = static_cast<uint32_t>(k * (t + 3)) % s->faceCount();
+        wrong += Bits(s->evaluate(face, 0.3f, 0.4f).P) != Bits(expected[face]);
+      }
+    });
+  for (std::thread& t : threads) t.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(SubdivisionSurface, HostileInput) {
+  const auto report = [](const Primitive& p, int faces) {
+    Messages messages;
+    const auto s = makeSurface(p, messages.handler);
+    EXPECT_EQ(s ? static_cast<int>(s->faceCount()) : 0, faces) << messages.all();
+    if (s && !s->isFlat()) {
+      std::vector<V3f> grid(s->faceCount() * 9);
+      s->tessellate(2, grid);
+      for (const V3f& q : grid) EXPECT_TRUE(isFinite(q));
+      for (uint32_t face = 0; face < s->faceCount(); ++face)
+        for (float u : {0.0f, 1.0f}) {
+          const SurfacePoint q = s->evaluate(face, u, 1);
+          EXPECT_NEAR(q.N.length(), 1, 1e-5f);
+        }
+    }
+    return messages.all();
+  };
+  using ::testing::HasSubstr;
+  const auto with = [](std::vector<int> sizes, std::vector<int> vertices,
+                       std::vector<SubdivisionMesh::Tag> tags = {}, const char* scheme = "catmull-clark") {
+    return primitive(SubdivisionMesh{scheme, std::move(sizes), std::move(vertices), std::move(tags)},
+                     kCubePoints);
+  };
+  std::vector<int> faces = kCubeFaces;
+  EXPECT_THAT(report(primitive(cube()), 0),
+              HasSubstr("test.rib:7:3: error: missingdata: SubdivisionMesh: needs \"P\""));
+  EXPECT_THAT(report(with({4, 4}, faces), 0), HasSubstr("the faces have 8 vertices, but 24 are given"));
+  EXPECT_THAT(report(with({-4}, {}), 0), HasSubstr("negative"));
+  EXPECT_THAT(report(with({4}, {0, 1, 3, 2}), 0), HasSubstr("\"interpolateboundary\""));
+  EXPECT_THAT(report(with({}, {}), 0), HasSubstr("no face is left"));
+  faces[3] = 99;
+  EXPECT_THAT(report(with({4, 4, 4, 4, 4, 4}, faces, {{"interpolateboundary", {1}, {}, {}}}), 5),
+              HasSubstr("1 of 6 faces left out: number 0 uses a vertex that \"P\" does not have"));
+  faces[3] = faces[2];
+  EXPECT_THAT(report(with({4, 4, 4, 4, 4, 4}, faces, {{"interpolateboundary", {1}, {}, {}}}), 5),
+              HasSubstr("uses a vertex twice"));
+  EXPECT_THAT(report(with({4, 4, 4, 4, 4, 4}, kCubeFaces, {}, "doo-sabin"), 6),
+              HasSubstr("scheme \"doo-sabin\" is not known"));
+  EXPECT_THAT(report(with({4, 4, 4, 4, 4, 4}, kCubeFaces, {}, "loop"), 6), HasSubstr("needs triangles"));
+  const auto tagged = [&](SubdivisionMesh::Tag tag) {
+    return report(with({4, 4, 4, 4, 4, 4}, kCubeFaces, {std::move(tag)}), 6);
+  };
+  EXPECT_THAT(tagged({"crease", {1}, {1}, {}}),
+              HasSubstr("tag \"crease\" needs at least two vertices; ignored"));
+  EXPECT_THAT(tagged({"crease", {0, 1, 3}, {1, 2, 3}, {}}), HasSubstr("one sharpness"));
+  EXPECT_THAT(tagged({"crease", {0, 1}, {NAN}, {}}), HasSubstr("one sharpness"));
+  EXPECT_THAT(tagged({"crease", {0, 800}, {1}, {}}), HasSubstr("does not exist"));
+  EXPECT_THAT(tagged({"crease", {0, 7}, {1}, {}}), HasSubstr("SubdivisionMesh: "));  // no edge
+  EXPECT_THAT(tagged({"corner", {-1}, {1}, {}}), HasSubstr("does not exist"));
+  EXPECT_THAT(tagged({"hole", {6}, {}, {}}), HasSubstr("does not exist"));
+  EXPECT_THAT(tagged({"interpolateboundary", {9}, {}, {}}), HasSubstr("takes 0, 1 or 2"));
+  EXPECT_THAT(tagged({"vertexedit", {0}, {1}, {"x"}}), HasSubstr("tag \"vertexedit\" is not known; ignored"));
+  EXPECT_EQ(tagged({"corner", {0}, {-5}, {}}), "");
+  // Topology that is no manifold: the same face twice, three faces at an edge, a face turned round, two cubes
+  // at one vertex.
+  std::vector<int> twice = kCubeFaces;
+  twice.insert(twice.end(), kCubeFaces.begin(), kCubeFaces.end());
+  report(with(std::vector<int>(12, 4), twice), 12);
+  report(with({4, 4, 4}, {0, 1, 3, 2, 0, 1, 5, 4, 0, 1, 7, 6}, {{"interpolateboundary", {1}, {}, {}}}), 3);
+  std::vector<int> turned = kCubeFaces;
+  std::swap(turned[1], turned[3]);
+  report(with({4, 4, 4, 4, 4, 4}, turned), 6);
+  report(with({3, 3}, {0, 1, 2, 2, 3, 4}, {{"interpolateboundary", {1}, {}, {}}}), 6);
+  // Two faces back to back at vertex 2 beside creases and a boundary: OpenSubdiv 3.5.0 would read what it has
+  // not written.
+  EXPECT_THAT(
+      report(with({4, 4, 4}, {0, 1, 2, 3, 1, 4, 3, 2, 4, 5, 6, 3},
+                  {{"interpolateboundary", {1}, {}, {}}, {"crease", {1, 2, 3}, {2}, {}}}),
+             3),
+      HasSubstr("two faces share two edges at vertex 2, in a mesh with creases; rendered as polygons"));
+  // A fan of 500 faces, a face of 500 sides: too many for a limit surface, so polygons.
+  std::vector<float> P{0, 0, 1};
+  std::vector<int> fan, sizes;
+  for (int i = 0; i < 500; ++i) {
+    const float a = 2 * kPi * static_cast<float>(i) / 500;
+    P.insert(P.end(), {std::cos(a), std::sin(a), 0});
+    fan.insert(fan.end(), {0, 1 + i, 1 + (i + 1) % 500});
+    sizes.push_back(3);
+  }
+  EXPECT_THAT(report(primitive(SubdivisionMesh{"catmull-clark", sizes, fan, {}}, P), 500),
+              HasSubstr("more than 128 faces meet at vertex 0; rendered as polygons"));
+  std::vector<int> ring;
+  for (int i = 1; i <= 500; ++i) ring.push_back(i);
+  EXPECT_THAT(report(primitive(SubdivisionMesh{"catmull-clark", {500}, ring, {}}, P), 498),
+              HasSubstr("face 0 has 500 vertices, more than 128"));
+  P[4] = kInfinity;
+  EXPECT_THAT(report(primitive(SubdivisionMesh{"catmull-clark", {500}, ring, {}}, P), 0),
+              HasSubstr("point 1 is not finite"));
+}
+
+TEST(SubdivisionSurface, RandomTopologyNeverCrashes) {
+  uint32_t state = 3;
+  const auto next = [&](uint32_t n) {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<int>((state >> 10) % n);
+  };
+  for (int round = 0; round < 400; ++round) {
+    SubdivisionMesh mesh{
+        round % 3 ? "catmull-clark" : "loop", {}, {}, {{"interpolateboundary", {next(3)}, {}, {}}}};
+    for (int f = 0; f < 1 + round % 12; ++f) {
+      const int n = round % 3 ? 3 + next(3) : 3;
+      mesh.vertsPerFace.push_back(n);
+      for (int k = 0; k < n; ++k) mesh.vertices.push_back(next(8));
+    }
+    for (int c = 0; c < 3; ++c)
+      mesh.tags.push_back({"crease", {next(8), next(8)}, {static_cast<float>(next(12))}, {}});
+    Messages messages;
+    const Primitive p = primitive(std::move(mesh), kCubePoints);
+    const auto s = makeSurface(p, messages.handler);
+    if (!s || s->isFlat()) continue;
+    std::vector<V3f> grid(s->faceCount() * 25);
+    s->tessellate(4, grid);
+    for (const V3f& q : grid) ASSERT_TRUE(isFinite(q));
+    ASSERT_TRUE(isFinite(s->evaluate(0, 0, 1).N));
+  }
+}
+
+}  // namespace
+}  // namespace patina
