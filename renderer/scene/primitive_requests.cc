@@ -18,7 +18,7 @@ std::string_view requestName(const Shape& shape) {
                                                    "Paraboloid", "Disk", "Torus"};
   if (const auto* quadric = std::get_if<Quadric>(&shape))
     return kQuadrics[static_cast<size_t>(quadric->kind)];
-  static constexpr std::string_view kOthers[] = {"polygon", "Quadric", "Patch", "SubdivisionMesh"};
+  static constexpr std::string_view kOthers[] = {"polygon", "Quadric", "Patch", "SubdivisionMesh", "Curves"};
   return kOthers[shape.index()];
 }
 

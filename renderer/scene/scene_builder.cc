@@ -58,8 +58,10 @@ bool SceneBuilder::readText(std::string_view text, std::string_view name) {
 void SceneBuilder::finish() {
   while (!blocks_.empty()) {
     const BlockStack::Block block = blocks_.top();
-    error(RiError::Nesting, block.where, fmt::format("the file ends inside this {}Begin", name(block.kind)),
-          "file ends inside a block");
+    if (!errors_.aborted()) {
+      error(RiError::Nesting, block.where, fmt::format("the file ends inside this {}Begin", name(block.kind)),
+            "file ends inside a block");
+    }
     closeTop(block.where);
   }
   blocksTooDeep_ = 0;

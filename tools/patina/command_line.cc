@@ -40,7 +40,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       "-d [N] and -fb (a window) are ignored: every picture goes to a file.");
 
   std::string resolution, frames, shading;
-  std::vector<float> crop;
+  std::array<float, 4> crop{};
   app.add_option("files", line.files, "RIB files; - is standard input")->type_name("FILE");
   app.add_option("-o,--output", line.output,
                  "Picture file in place of the first Display's (.exr .tif .png ...)");
@@ -49,9 +49,8 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   app.add_option("-t,--threads", render.threads, "Threads; 0 = one per processor")
       ->check(CLI::Range(0, 4096));
   app.add_option("--res", resolution, "Resolution in pixels, e.g. 640x480");
-  app.add_option("--crop", crop, "Part of the picture as fractions: x0 x1 y0 y1")
-      ->expected(4)
-      ->check(CLI::Range(0.0, 1.0));
+  const CLI::Option* cropped = app.add_option("--crop", crop, "Part of the picture as fractions: x0 x1 y0 y1")
+                                   ->check(CLI::Range(0.0, 1.0));
   app.add_option("--frames", frames, "Frames to render, e.g. 3-7");
   app.add_option("--samples", render.samples, "Camera samples per pixel")->check(CLI::Range(1, 1 << 24));
   app.add_option("--rays", render.rays, "Diffuse rays per shading point")->check(CLI::Range(0, 1 << 24));
@@ -106,9 +105,9 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
     if (!line.frames || (*line.frames)[0] > (*line.frames)[1])
       return usage(fmt::format("--frames {}: expected FIRST-LAST", frames));
   }
-  if (!crop.empty()) {
+  if (cropped->count() > 0) {
     if (crop[0] > crop[1] || crop[2] > crop[3]) return usage("--crop: expected x0 <= x1 and y0 <= y1");
-    line.crop = {crop[0], crop[1], crop[2], crop[3]};
+    line.crop = crop;
   }
   render.shadeAtHits = shading == "hit";
   if (line.files.empty()) {

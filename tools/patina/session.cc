@@ -45,12 +45,9 @@ int Session::run() {
   }
   errors_.summarize();
   if (!commandLine_.statistics.empty() && commandLine_.statistics != "-" && !jsonReports_.empty()) {
-    std::string text = jsonReports_.front();
-    if (jsonReports_.size() > 1) {  // one object per world
-      text = "[\n";
-      for (size_t i = 0; i < jsonReports_.size(); ++i)
-        text += jsonReports_[i] + (i + 1 < jsonReports_.size() ? ",\n" : "]\n");
-    }
+    // One object for one world, else an array.
+    const std::string text = jsonReports_.size() == 1 ? jsonReports_.front()
+                                                      : fmt::format("[\n{}]\n", fmt::join(jsonReports_, ","));
     writeText(commandLine_.statistics, text);
   }
   return failed_ || interrupted() ? 1 : errors_.exitStatus();
@@ -96,7 +93,13 @@ void Session::applyOverrides(Scene& scene) const {
                                 .where = {}});
   }
   if (!commandLine_.output.empty()) {
-    options.displays.front().name = commandLine_.output;
+    // Further worlds must not overwrite the first: "x.exr", then "x.2.exr" by frame or count.
+    std::filesystem::path path = commandLine_.output;
+    if (worlds_ > 0) {
+      const int number = scene.frame > 0 ? scene.frame : worlds_ + 1;
+      path.replace_extension(fmt::format("{}{}", number, path.extension().string()));
+    }
+    options.displays.front().name = path.string();
     if (const auto type = displayTypeFor(commandLine_.output); !type.empty())
       options.displays.front().type = type;
   }
@@ -106,6 +109,7 @@ void Session::applyOverrides(Scene& scene) const {
 void Session::renderWorld(Scene& scene) {
   if (!mayRender(scene)) return;
   applyOverrides(scene);
+  ++worlds_;
   if (commandLine_.check) return;
   reading_.reset();
 

@@ -34,6 +34,7 @@ class Session {
   std::string file_;                   // being read
   std::optional<PhaseTimer> reading_;  // runs while no world is rendered
   std::vector<std::string> jsonReports_;
+  int worlds_ = 0;  // rendered or checked
   bool failed_ = false;
 };
 
