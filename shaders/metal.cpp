@@ -15,7 +15,7 @@ struct Metal {
                uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
                uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
                uniform("roughness", &Parameters::roughness,
-                       "size of highlights: the exponent is 1 / roughness", {1e-4, 10}));
+                       "size of highlights: the exponent is 8 / roughness", {1e-4, 10}));
   static constexpr uint64_t kTraits = PATINA_TRAIT_OPACITY_IS_OS | PATINA_TRAIT_BLACK;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {

@@ -20,7 +20,7 @@ struct PaintedPlastic {
       uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
       uniform("Kd", &Parameters::Kd, "weight of diffuse reflection", kUnitRange),
       uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
-      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 1 / roughness",
+      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 8 / roughness",
               {1e-4, 10}),
       uniform("specularcolor", &Parameters::specularcolor, "colour of highlights", kUnitRange),
       uniform("texturename", &Parameters::texturename, "texture that Cs is multiplied by; \"\" = none"));

@@ -19,7 +19,7 @@ struct Plastic {
                uniform("Kd", &Parameters::Kd, "weight of diffuse reflection", kUnitRange),
                uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
                uniform("roughness", &Parameters::roughness,
-                       "size of highlights: the exponent is 1 / roughness", {1e-4, 10}),
+                       "size of highlights: the exponent is 8 / roughness", {1e-4, 10}),
                uniform("specularcolor", &Parameters::specularcolor, "colour of highlights", kUnitRange));
   static constexpr uint64_t kTraits = PATINA_TRAIT_OPACITY_IS_OS;
 

@@ -17,7 +17,7 @@ struct ShinyMetal {
       uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
       uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
       uniform("Kr", &Parameters::Kr, "weight of reflections", kUnitRange),
-      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 1 / roughness",
+      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 8 / roughness",
               {1e-4, 10}),
       uniform("texturename", &Parameters::texturename,
               "latitude-longitude picture, +z up in world space, reflected instead of the scene; \"\" = the "

@@ -33,13 +33,20 @@ Placement makePlacement(uint32_t traced, uint32_t attributes, uint32_t instance,
 
 }  // namespace
 
-void Geometry::build(const Primitive& primitive, const M44d& toMesh, uint32_t group, ErrorHandler& errors) {
+void Geometry::build(const Primitive& primitive, const M44d& toMesh, uint32_t group, const RasterCamera& camera,
+                     ErrorHandler& errors) {
   if (!invertible(toMesh)) {
     errors.report(Severity::Error, RiError::Math, primitive.where,
                   "the transformation of this primitive is singular");
     return;
   }
-  auto surface = makeSurface(primitive, errors);
+  // Instances share their object's surfaces: what turns to the eye does so from the object's own place.
+  const M44d inverse = toMesh.inverse();
+  Viewpoint view;
+  view.perspective = camera.perspective();
+  view.eye = V3f(V3d(camera.eye()) * inverse);
+  view.direction = normalizedOr(transformVector(camera.viewDirection(), M44f(inverse)), V3f(0, 0, 1));
+  auto surface = makeSurface(primitive, errors, view);
   if (!surface || surface->faceCount() == 0) return;
   ++primitiveCount;
   faceCount += surface->faceCount();
@@ -51,7 +58,7 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
   for (const Primitive& primitive : scene.primitives) {
     const Attributes& attributes = scene.attributes[primitive.attributes];
     if (attributes.visibility == 0 && attributes.areaLight == kNone) continue;
-    build(primitive, primitive.objectToWorld, kNone, errors);
+    build(primitive, primitive.objectToWorld, kNone, camera, errors);
   }
   const auto worldCount = static_cast<uint32_t>(traced_.size());
   std::vector<bool> used(scene.objects.size(), false);
@@ -60,7 +67,7 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     const auto first = static_cast<uint32_t>(traced_.size());
     if (used[object])
       for (const Primitive& primitive : scene.objects[object].primitives)
-        build(primitive, primitive.objectToWorld, object, errors);
+        build(primitive, primitive.objectToWorld, object, camera, errors);
     groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
   }
 

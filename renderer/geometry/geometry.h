@@ -68,7 +68,8 @@ class Geometry {
   void facetCorners(uint32_t placement, uint32_t face, float u, float v, V3f out[3], V2f& weights) const;
 
  private:
-  void build(const Primitive& primitive, const M44d& toMesh, uint32_t group, ErrorHandler& errors);
+  void build(const Primitive& primitive, const M44d& toMesh, uint32_t group, const RasterCamera& camera,
+             ErrorHandler& errors);
 
   const Scene& scene_;
   std::vector<TracedSurface> traced_;

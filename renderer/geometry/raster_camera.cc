@@ -64,6 +64,12 @@ RasterCamera::Ray RasterCamera::ray(float x, float y, const V2f& lens) const {
   return ray;
 }
 
+V3f RasterCamera::viewDirection() const {
+  V3d direction;
+  cameraToWorld_.multDirMatrix(V3d(0, 0, 1), direction);
+  return V3f(direction.normalized());
+}
+
 float RasterCamera::pixelsPerUnit(float distance) const {
   return camera_.perspective ? focalPixels_ / distance : focalPixels_ * cameraScale_;
 }

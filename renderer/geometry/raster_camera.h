@@ -15,6 +15,7 @@ class RasterCamera {
   int xResolution() const { return xResolution_; }
   int yResolution() const { return yResolution_; }
   const V3f& eye() const { return eye_; }
+  V3f viewDirection() const;  ///< unit, world space
   const M44d& worldToCamera() const { return camera_.worldToCamera; }
   bool singular() const { return singular_; }  ///< worldToCamera has no inverse: nothing can be rendered
 

@@ -2,6 +2,7 @@
 // Surfaces of primitives: the common parts and the choice of the kind.
 #include "renderer/geometry/surface.h"
 
+#include "renderer/geometry/curves_surface.h"
 #include "renderer/geometry/parametric_mesh_surface.h"
 #include "renderer/geometry/polygon_surface.h"
 #include "renderer/geometry/quadric_surface.h"
@@ -32,7 +33,7 @@ void Surface::tessellate(uint32_t cells, std::span<V3f> out) const {
   }
 }
 
-std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors) {
+std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors, const Viewpoint& view) {
   return std::visit(
       Overloaded{
           [&](const PolygonMesh& mesh) -> std::unique_ptr<Surface> {
@@ -44,6 +45,9 @@ std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& e
           },
           [&](const ParametricMesh& mesh) -> std::unique_ptr<Surface> {
             return ParametricMeshSurface::make(mesh, primitive, errors);
+          },
+          [&](const CurveSet& curves) -> std::unique_ptr<Surface> {
+            return CurvesSurface::make(curves, primitive, view, errors);
           },
           [&](const SubdivisionMesh& mesh) { return makeSubdivisionSurface(mesh, primitive, errors); }},
       primitive.shape);

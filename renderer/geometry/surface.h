@@ -82,10 +82,17 @@ class Surface {
   size_t memory_ = 0;
 };
 
+/// Where a primitive is seen from, in object space: primitives that turn to the eye (curves without normals) need it.
+struct Viewpoint {
+  bool perspective = true;
+  V3f eye{0, 0, 0};        ///< perspective
+  V3f direction{0, 0, 1};  ///< of view, orthographic
+};
+
 /// Builds the surface of a primitive. Geometry that cannot be made sense of (no area, bad counts) is reported
 /// to `errors` with the primitive's location and gives nullptr; what can be mended is mended with a warning.
 /// The surface keeps references into `primitive`, which must outlive it.
-std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors);
+std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors, const Viewpoint& view = {});
 
 /// Finds a primitive variable by name; nullptr when there is none.
 const PrimVar* findVariable(const Primitive& primitive, std::string_view name);

@@ -402,8 +402,7 @@ std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cac
   RadiosityEngine::Settings settings;
   settings.cached = cached || !indirect;  // vertices are shared in direct light, too
   settings.indirect = indirect && !render.classic;
-  if (const char* e = getenv("LS")) settings.levelScale = static_cast<float>(atof(e));
-  settings.rays.diffuse0 = std::clamp(render.rays.value_or(64), 1, 1 << 16);
+  settings.rays.diffuse0 = std::clamp(render.rays.value_or(128), 1, 1 << 16);
   settings.rays.light0 = std::clamp(render.lightSamples.value_or(16), 1, 1 << 16);
   const double bytes = render.cacheMemoryMb ? *render.cacheMemoryMb * 1048576
                                             : world.scene().options.radiosityCacheKb * 1024.0;

@@ -29,7 +29,7 @@ constexpr int kRouletteDepth = RadiosityEngine::kCachedDepths;
 
 int RayBudget::diffuse(int depth) const {
   if (depth == 0) return diffuse0;
-  return std::max(depth == 1 ? 4 : 2, diffuse0 >> (depth == 1 ? 2 : depth == 2 ? 3 : 4));
+  return std::max(depth == 1 ? 4 : 2, diffuse0 >> (depth == 1 ? 3 : depth == 2 ? 4 : 5));
 }
 
 int RayBudget::light(int depth) const {

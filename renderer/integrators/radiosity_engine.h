@@ -17,7 +17,7 @@ namespace patina {
 
 /// How many rays a shading point gets by its diffuse depth.
 struct RayBudget {
-  int diffuse0 = 64;  ///< gather rays at depth 0
+  int diffuse0 = 128; ///< gather rays at depth 0
   int light0 = 16;    ///< rays to an area or sky light at depth 0
   int diffuse(int depth) const;
   int light(int depth) const;
@@ -33,7 +33,7 @@ class RadiosityEngine {
     bool indirect = true;
     RayBudget rays;
     size_t cacheBytes = size_t{256} << 20;
-    float levelScale = 1;  ///< a level is fine enough when its spacing is at most so many ray footprints
+    float levelScale = 0.5f;  ///< a level is fine enough when its spacing is at most so many ray footprints
   };
   RadiosityEngine(const World& world, const Settings& settings);
 

@@ -133,7 +133,15 @@ struct SubdivisionMesh {
   std::vector<Tag> tags;
 };
 
-using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh>;
+/// Curves: vertexCounts[k] control points belong to curve k.
+struct CurveSet {
+  bool cubic = false;
+  bool periodic = false;
+  CubicBasis basis;  ///< of cubic curves
+  std::vector<int> vertexCounts;
+};
+
+using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh, CurveSet>;
 
 struct Primitive {
   Shape shape;

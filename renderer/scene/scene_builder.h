@@ -147,6 +147,7 @@ class SceneBuilder final : public RibHandler {
                              const Location& at) override;
   void basis(const RibBasis& u, int uStep, const RibBasis& v, int vStep, const Location& at) override;
   void patch(std::string_view type, const ParamList& params, const Location& at) override;
+  void curves(std::string_view type, Ints vertexCounts, std::string_view wrap, const ParamList& params, const Location& at) override;
   void patchMesh(std::string_view type, int nu, std::string_view uWrap, int nv, std::string_view vWrap,
                  const ParamList& params, const Location& at) override;
   void subdivisionMesh(std::string_view scheme, Ints vertexCounts, Ints vertices, const SubdivisionTags& tags,

@@ -52,8 +52,8 @@ bool refract(const V3f& w, const V3f& n, float eta, V3f& out) {  // w and n on t
 
 bool isDelta(const Lobe& lobe) { return lobe.type != PATINA_LOBE_RI_SPECULAR && lobe.alpha < kSmoothAlpha; }
 
-/// Exponent of RI's specular(): 1/roughness.
-float exponent(const Lobe& lobe) { return 1 / std::max(lobe.alpha, 1e-4f); }
+/// Exponent of RI's specular(). RI 3.2 leaves it open; 8/roughness is what Aqsis and Pixie have, and pictures expect.
+float exponent(const Lobe& lobe) { return 8 / std::max(lobe.alpha, 1e-4f); }
 
 }  // namespace
 

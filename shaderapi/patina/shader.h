@@ -206,7 +206,7 @@ typedef struct PatinaRadiosityOut {
 
 typedef enum PatinaLobeType {
     PATINA_LOBE_NONE = 0,
-    PATINA_LOBE_RI_SPECULAR = 1, /* RI specular(): Cl * (N.H)^(1/roughness), roughness in `alpha`; H halfway to the light */
+    PATINA_LOBE_RI_SPECULAR = 1, /* RI specular(): Cl * (N.H)^(8/roughness), roughness in `alpha`; H halfway to the light */
     PATINA_LOBE_GGX = 2,         /* microfacet reflection, GGX with height-correlated Smith G; alpha 0 = mirror; F = 1 */
     PATINA_LOBE_DIELECTRIC = 3   /* Fresnel reflection and refraction, `eta` = ior inside / outside of the surface (the
                                     host knows which side is seen, and inverts it there); alpha 0 = smooth;
