@@ -214,8 +214,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    Run run{argv[1], argv[2], argv[4], {}};
+    Run run{fs::absolute(argv[1]), fs::absolute(argv[2]), fs::absolute(argv[4]), {}};
     fs::create_directories(run.work);
+    fs::current_path(run.work);  // further Displays of a scene are written there
     const json test = json::parse(contents(run.folder / "test.json"));
     for (const json& description : test.at("cases"))
       if (description.at("name") == std::string(argv[3])) run.description = description;
