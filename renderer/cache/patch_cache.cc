@@ -119,17 +119,23 @@ void PatchCache::store(const CacheKey& key, Level level, std::span<const uint64_
   for (size_t k = 0; k < codes.size(); ++k)
     if (!same || codes[k] != PackedRgb::kMissing) data[k].store(codes[k], std::memory_order_release);
   tags[victim].store(wanted | kUsed | ((busy + 1) & kVersionMask), std::memory_order_release);
-  if (tag == 0)
-    table.entries.fetch_add(1, std::memory_order_relaxed);
-  else if (!same)
-    table.evictions.fetch_add(1, std::memory_order_relaxed);
+  if (same) return;
+  const auto depthOf = [](uint64_t t) { return static_cast<size_t>(t >> 27 & 15); };
+  table.entries[depthOf(wanted)].fetch_add(1, std::memory_order_relaxed);
+  if (tag == 0) return;
+  table.entries[depthOf(tag)].fetch_sub(1, std::memory_order_relaxed);
+  table.evictions[depthOf(tag)].fetch_add(1, std::memory_order_relaxed);
 }
 
-PatchCache::Use PatchCache::use(Level level) const {
+size_t PatchCache::bytesPerSlot(Level level) const {
+  return (tables_[static_cast<size_t>(level)].words + 1) * sizeof(uint64_t);
+}
+
+PatchCache::Use PatchCache::use(Level level, int depth) const {
   const Table& table = tables_[static_cast<size_t>(level)];
-  const size_t perSlot = (table.words + 1) * sizeof(uint64_t);
-  const size_t entries = table.entries.load();
-  return {table.sets * kWays, entries, perSlot, entries * perSlot, table.evictions.load()};
+  const auto d = static_cast<size_t>(depth);
+  const size_t entries = table.entries[d].load();
+  return {entries, table.evictions[d].load(), entries * bytesPerSlot(level)};
 }
 
 }  // namespace patina

@@ -49,9 +49,11 @@ class PatchCache {
   void store(const CacheKey& key, Level level, std::span<const uint64_t> codes);
 
   struct Use {
-    size_t slots, entries, bytesPerSlot, bytes, evictions;
+    size_t entries, evictions, bytes;
   };
-  Use use(Level level) const;
+  Use use(Level level, int depth) const;
+  size_t slots(Level level) const { return tables_[static_cast<size_t>(level)].sets * kWays; }
+  size_t bytesPerSlot(Level level) const;
   size_t capacity() const { return capacity_; }  ///< bytes reserved in all, never more than asked for
 
  private:
@@ -63,7 +65,7 @@ class PatchCache {
     std::atomic<uint64_t>* data = nullptr;
     size_t bytes = 0;
     void* memory = nullptr;
-    mutable std::atomic<uint64_t> entries{0}, evictions{0};
+    std::array<std::atomic<uint64_t>, kDepths> entries{}, evictions{};  // by depth
   };
   static uint64_t keyBits(const CacheKey& key);
 

@@ -123,15 +123,20 @@ CacheStatistics& cacheStatistics(Level level, int depth) {
 
 void RadiosityEngine::report() const {
   if (!cache_) return;
-  for (int level = 0; level < kLevels; ++level) {
-    const char* name = level == 0 ? "coarse" : level == 1 ? "medium" : "fine";
-    const PatchCache::Use use = cache_->use(static_cast<Level>(level));
-    const std::string path = fmt::format("Radiosity cache/{}/", name);
-    setStatistic(path + "entries", static_cast<double>(use.entries));
-    setStatistic(path + "slots", static_cast<double>(use.slots));
-    setStatistic(path + "bytes", static_cast<double>(use.bytes));
-    setStatistic(path + "bytes per slot", static_cast<double>(use.bytesPerSlot));
-    setStatistic(path + "evictions", static_cast<double>(use.evictions));
+  for (int k = 0; k < kLevels; ++k) {
+    const auto level = static_cast<Level>(k);
+    const std::string path = fmt::format("Radiosity cache/{}/", k == 0   ? "coarse"
+                                                                : k == 1 ? "medium"
+                                                                         : "fine");
+    setStatistic(path + "slots", static_cast<double>(cache_->slots(level)));
+    setStatistic(path + "bytes per slot", static_cast<double>(cache_->bytesPerSlot(level)));
+    for (int depth = 0; depth <= kCachedDepths; ++depth) {
+      const PatchCache::Use use = cache_->use(level, depth);
+      const std::string at = fmt::format("{}depth {}/", path, depth);
+      setStatistic(at + "entries", static_cast<double>(use.entries));
+      setStatistic(at + "bytes", static_cast<double>(use.bytes));
+      setStatistic(at + "evictions", static_cast<double>(use.evictions));
+    }
   }
   setStatistic("Radiosity cache/bytes reserved", static_cast<double>(cache_->capacity()));
 }

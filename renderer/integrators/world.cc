@@ -61,8 +61,8 @@ void World::loadShaders(ErrorHandler& errors) {
   for (std::string& folder : splitSearchPath(searchPath("texture"), {}))
     textureFolders.push_back(std::move(folder));
   textures_ = std::make_unique<TextureService>(
-      std::move(textureFolders), static_cast<size_t>(std::max(scene_.options.textureKb, 1024)) * 1024,
-      errors);
+      std::move(textureFolders), scene_.options.madeTextures,
+      static_cast<size_t>(std::max(scene_.options.textureKb, 1024)) * 1024, errors);
   host_ = std::make_unique<ShaderHost>(
       [this](std::string_view name) -> std::optional<M44d> {
         if (name == "camera") return scene_.camera.worldToCamera.inverse();

@@ -257,4 +257,15 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
   }
 }
 
+void SceneBuilder::makeTexture(std::string_view picture, std::string_view texture, std::string_view,
+                               std::string_view, std::string_view, float, float, const ParamList&,
+                               const Location&) {
+  options_.madeTextures.insert_or_assign(std::string(texture), std::string(picture));
+}
+
+void SceneBuilder::makeLatLongEnvironment(std::string_view picture, std::string_view texture,
+                                          std::string_view, float, float, const ParamList&, const Location&) {
+  options_.madeTextures.insert_or_assign(std::string(texture), std::string(picture));
+}
+
 }  // namespace patina

@@ -139,6 +139,10 @@ class SceneBuilder final : public RibHandler {
   void scopedCoordinateSystem(std::string_view name, const Location& at) override;
   void coordSysTransform(std::string_view name, const Location& at) override;
 
+  // Textures are tiled and filtered in memory: what a Make request would write stands for its picture (option_requests.cc)
+  void makeTexture(std::string_view picture, std::string_view texture, std::string_view sWrap, std::string_view tWrap, std::string_view filter, float sWidth, float tWidth, const ParamList& params, const Location& at) override;
+  void makeLatLongEnvironment(std::string_view picture, std::string_view texture, std::string_view filter, float sWidth, float tWidth, const ParamList& params, const Location& at) override;
+
   // Primitives (primitive_requests.cc, quadric_requests.cc)
   void polygon(const ParamList& params, const Location& at) override;
   void generalPolygon(Ints loopVertexCounts, const ParamList& params, const Location& at) override;

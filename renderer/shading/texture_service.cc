@@ -86,8 +86,9 @@ PatinaStatus lookUp(PatinaTexture* texture, uint32_t count, const PatinaTextureL
 
 }  // namespace
 
-TextureService::TextureService(std::vector<std::string> folders, size_t budget, ErrorHandler& errors)
-    : folders_(std::move(folders)), budget_(budget), errors_(errors) {}
+TextureService::TextureService(std::vector<std::string> folders, std::map<std::string, std::string> made,
+                               size_t budget, ErrorHandler& errors)
+    : folders_(std::move(folders)), made_(std::move(made)), budget_(budget), errors_(errors) {}
 
 TextureService::~TextureService() {
   if (system_) module_->destroy(system_);
@@ -118,7 +119,15 @@ void TextureService::loadModule(const Location& where) {
 
 std::unique_ptr<PatinaTexture> TextureService::find(std::string_view name, const Location& where) {
   std::string tried;
-  for (const std::string& path : candidatesOf(name, folders_)) {
+  std::vector<std::string> folders = folders_;
+  if (where.file) folders.push_back(std::filesystem::path(*where.file).parent_path().string());
+  if (folders.size() > folders_.size() && folders.back().empty()) folders.pop_back();
+  std::vector<std::string> candidates = candidatesOf(name, folders);
+  if (const auto made = made_.find(std::string(name)); made != made_.end()) {
+    const std::vector<std::string> pictures = candidatesOf(made->second, folders);
+    candidates.insert(candidates.begin(), pictures.begin(), pictures.end());
+  }
+  for (const std::string& path : candidates) {
     if (!isFile(path)) {
       tried += fmt::format("\n  {}: no such file", path);
       continue;

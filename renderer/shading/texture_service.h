@@ -21,9 +21,11 @@ namespace patina {
 /// One per frame. Classic RI rules: values are used as the file has them, t = 0 is the top row. [any thread]
 class TextureService {
  public:
-  /// `folders` are searched in their order, then the name is tried as it is. `budget` in bytes bounds the
-  /// cache.
-  TextureService(std::vector<std::string> folders, size_t budget, ErrorHandler& errors);
+  /// `folders` are searched in their order, then the folder of the RIB that names it, then the name as it is.
+  /// `budget` in bytes bounds the cache. `made` gives the pictures that names of MakeTexture requests stand
+  /// for.
+  TextureService(std::vector<std::string> folders, std::map<std::string, std::string> made, size_t budget,
+                 ErrorHandler& errors);
   ~TextureService();
   TextureService(const TextureService&) = delete;
   TextureService& operator=(const TextureService&) = delete;
@@ -48,6 +50,7 @@ class TextureService {
   std::unique_ptr<PatinaTexture> find(std::string_view name, const Location& where);
 
   std::vector<std::string> folders_;
+  std::map<std::string, std::string> made_;
   size_t budget_;
   ErrorHandler& errors_;
   std::mutex mutex_;

@@ -71,7 +71,7 @@ TEST(PatchCache, StoresInPartsWithoutLosingEarlierOnes) {
   EXPECT_EQ(codes[0], codeOf(key, 5));
   EXPECT_EQ(codes[1], codeOf(key, 200));
   EXPECT_EQ(codes[2], PackedRgb::kMissing);
-  EXPECT_EQ(cache.use(Level::Fine).entries, 1u);
+  EXPECT_EQ(cache.use(Level::Fine, 0).entries, 1u);
 }
 
 TEST(PatchCache, NeverExceedsItsBudgetAndEvicts) {
@@ -80,10 +80,10 @@ TEST(PatchCache, NeverExceedsItsBudgetAndEvicts) {
     EXPECT_LE(cache.capacity(), bytes);
     for (uint32_t patch = 0; patch < 5000; ++patch)
       cache.store({patch, true, 1}, Level::Coarse, codesOf({patch, true, 1}, 4));
-    const PatchCache::Use use = cache.use(Level::Coarse);
-    EXPECT_LE(use.entries, use.slots);
+    const PatchCache::Use use = cache.use(Level::Coarse, 1);
+    EXPECT_LE(use.entries, cache.slots(Level::Coarse));
     EXPECT_LE(use.bytes, bytes);
-    EXPECT_EQ(use.entries + use.evictions, use.slots == 0 ? 0u : 5000u);
+    EXPECT_EQ(use.entries + use.evictions, cache.slots(Level::Coarse) == 0 ? 0u : 5000u);
     uint32_t found = 0;
     const uint32_t vertex = 1;
     uint64_t code;

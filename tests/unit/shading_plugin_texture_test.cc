@@ -23,7 +23,8 @@ class TextureTest : public testing::Test {
     std::string name = testing::TempDir() + "patina-textures-XXXXXX";
     folder_ = mkdtemp(name.data());
     textures_ =
-        std::make_unique<TextureService>(std::vector<std::string>{folder_}, size_t(64) << 20, errors_);
+        std::make_unique<TextureService>(std::vector<std::string>{folder_}, std::map<std::string, std::string>{},
+                                         size_t(64) << 20, errors_);
   }
   ~TextureTest() override {
     textures_.reset();
