@@ -33,7 +33,7 @@ class RadiosityEngine {
     bool indirect = true;
     RayBudget rays;
     size_t cacheBytes = size_t{256} << 20;
-    float levelScale = 0.5f;  ///< a level is fine enough when its spacing is at most so many ray footprints
+    float levelScale = 0.35f; ///< a level is fine enough when its spacing is at most so many ray footprints
   };
   RadiosityEngine(const World& world, const Settings& settings);
 

@@ -22,9 +22,8 @@ class TextureTest : public testing::Test {
   TextureTest() : errors_([this](Severity, std::string_view text) { messages_.emplace_back(text); }) {
     std::string name = testing::TempDir() + "patina-textures-XXXXXX";
     folder_ = mkdtemp(name.data());
-    textures_ =
-        std::make_unique<TextureService>(std::vector<std::string>{folder_}, std::map<std::string, std::string>{},
-                                         size_t(64) << 20, errors_);
+    textures_ = std::make_unique<TextureService>(
+        std::vector<std::string>{folder_}, std::map<std::string, std::string>{}, size_t(64) << 20, errors_);
   }
   ~TextureTest() override {
     textures_.reset();
@@ -112,6 +111,19 @@ TEST_F(TextureTest, FindsThePictureThatATextureWasMadeFrom) {
   EXPECT_NE(textures_->open("textures/wood.tx", {}), nullptr);
   EXPECT_NE(textures_->open("wood.tif.tx", {}), nullptr);
   EXPECT_TRUE(messages_.empty());
+}
+
+TEST_F(TextureTest, ANameOfMakeTextureStandsForItsPicture) {
+  writePicture("ramp.ppm", 4, 4, ramp);
+  PatinaTexture* texture = textures_->open("made.txt", {});
+  ASSERT_NE(texture, nullptr);
+  expectNear(read(texture, 0.875f, 0.125f), {120.0f / 255, 0, 128.0f / 255}, 1e-5f);
+}
+
+TEST_F(TextureTest, TexturesBesideTheRibAreFound) {
+  std::filesystem::create_directory(folder_ + "/scene");
+  writePicture("scene/beside.ppm", 4, 4, ramp);
+  EXPECT_NE(textures_->open("beside.ppm", {internFileName(folder_ + "/scene/a.rib"), 1, 1}), nullptr);
 }
 
 // The mapping of PatinaHost: +z is the top row, s = 0.5 + atan2(y, x) / 2 pi.
