@@ -3,8 +3,8 @@
 // input.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <map>
 #include <numbers>
 #include <random>
@@ -211,8 +211,8 @@ TEST(Triangulate, CrossingAndDegenerateInputEnds) {
 }
 
 TEST(Triangulate, LargePolygonsTakeNoQuadraticTime) {
-  // A quadratic method takes minutes for any of these; the bound leaves a factor of 20 for slow machines.
-  const auto begin = std::chrono::steady_clock::now();
+  // CPU time: about 2 s, 15 s with sanitizers; a quadratic method takes minutes for any of these.
+  const std::clock_t begin = std::clock();
   expectTriangulates({star(100000, 3)});
   expectTriangulates({comb(33000)});
   expectTriangulates({spiral(50000, 50)});
@@ -221,7 +221,7 @@ TEST(Triangulate, LargePolygonsTakeNoQuadraticTime) {
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 100000; ++i) noise.push_back({unit(random), unit(random)});
   EXPECT_FALSE(run({noise}).simple);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
+  EXPECT_LT((std::clock() - begin) / CLOCKS_PER_SEC, 60);
 }
 
 }  // namespace
