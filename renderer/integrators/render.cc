@@ -68,6 +68,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
           }
         },
         tbb::simple_partitioner());
+    film->flush();  // after an interruption, finished tiles may still wait for their neighbours
     integrator->finish();
     if (const auto refused = film->refusedCount())
       errors.report(Severity::Warning, RiError::Math, {},
