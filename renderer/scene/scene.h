@@ -160,7 +160,7 @@ struct Instance {
   uint32_t object = kNone;  ///< index of Scene::objects
   M44d objectToWorld;
   uint32_t attributes = kNone;
-  bool reversed = false;  ///< the instance's transformation turns primitives inside out
+  bool reversed = false;  ///< RI's orientation disagreed with the handedness at the ObjectInstance
   Location where;
 };
 
