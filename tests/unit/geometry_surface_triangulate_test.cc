@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <numbers>
 #include <random>
@@ -211,8 +210,7 @@ TEST(Triangulate, CrossingAndDegenerateInputEnds) {
 }
 
 TEST(Triangulate, LargePolygonsTakeNoQuadraticTime) {
-  // CPU time: about 2 s, 15 s with sanitizers; a quadratic method takes minutes for any of these.
-  const std::clock_t begin = std::clock();
+  // Seconds in all; a quadratic method takes minutes for any of these, and runs into the test's time limit.
   expectTriangulates({star(100000, 3)});
   expectTriangulates({comb(33000)});
   expectTriangulates({spiral(50000, 50)});
@@ -221,7 +219,6 @@ TEST(Triangulate, LargePolygonsTakeNoQuadraticTime) {
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 100000; ++i) noise.push_back({unit(random), unit(random)});
   EXPECT_FALSE(run({noise}).simple);
-  EXPECT_LT((std::clock() - begin) / CLOCKS_PER_SEC, 60);
 }
 
 }  // namespace
