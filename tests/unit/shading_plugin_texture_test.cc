@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -22,8 +23,9 @@ class TextureTest : public testing::Test {
   TextureTest() : errors_([this](Severity, std::string_view text) { messages_.emplace_back(text); }) {
     std::string name = testing::TempDir() + "patina-textures-XXXXXX";
     folder_ = mkdtemp(name.data());
-    textures_ = std::make_unique<TextureService>(
-        std::vector<std::string>{folder_}, std::map<std::string, std::string>{}, size_t(64) << 20, errors_);
+    textures_ = std::make_unique<TextureService>(std::vector<std::string>{folder_},
+                                                 std::map<std::string, std::string>{{"made.txt", "ramp.ppm"}},
+                                                 size_t(64) << 20, errors_);
   }
   ~TextureTest() override {
     textures_.reset();
