@@ -270,8 +270,8 @@ void RadiosityEngine::fill(uint32_t index, bool front, Level level, int depth, i
   w.fillRequests.clear();
   for (uint32_t k = 0; k < count; ++k) w.fillRequests.push_back(vertexRequest(index, front, level, k, depth));
   codes.assign(count, 0);
-  if (level != Level::Fine && count > 1) {
-    // Cells that something stands in are left to the finer level.
+  if (count > 1) {
+    // Cells that something stands in are left to the finer level, or to shading at the hit.
     patch.forEachDiagonal(level, [&](uint32_t a, uint32_t b) {
       if (blocked(w.fillRequests[a].point, w.fillRequests[b].point))
         codes[a] = codes[b] = PackedRgb::kMissing;
@@ -286,6 +286,19 @@ void RadiosityEngine::fill(uint32_t index, bool front, Level level, int depth, i
   if (!w.fillRequests.empty()) shadeNested(w.fillRequests, depth, false, w.fillRadiance, nesting + 1);
   for (uint32_t k = 0, made = 0; k < count; ++k)
     if (codes[k] != PackedRgb::kMissing) codes[k] = PackedRgb::pack(w.fillRadiance[made++]);
+}
+
+void RadiosityEngine::fillVertices(uint32_t index, bool front, std::span<const uint32_t> which, int depth,
+                                   int nesting, std::vector<uint64_t>& codes) const {
+  Workspace& w = workspace(nesting);
+  w.fillRequests.clear();
+  for (const uint32_t vertex : which)
+    w.fillRequests.push_back(vertexRequest(index, front, Level::Fine, vertex, depth));
+  w.fillRadiance.resize(which.size());
+  vertexPoints += static_cast<int64_t>(which.size());
+  shadeNested(w.fillRequests, depth, false, w.fillRadiance, nesting + 1);
+  codes.assign(world_.geometry().patches()[index].vertexCount(Level::Fine), PackedRgb::kMissing);
+  for (size_t k = 0; k < which.size(); ++k) codes[which[k]] = PackedRgb::pack(w.fillRadiance[k]);
 }
 
 bool RadiosityEngine::cachedRadiance(const Hit& hit, float footprint, int depth, int nesting,
@@ -308,18 +321,24 @@ bool RadiosityEngine::cachedRadiance(const Hit& hit, float footprint, int depth,
     CacheStatistics& statistics = cacheStatistics(stored, depth);
     ++statistics.lookups;
     std::array<uint64_t, 4> codes;
-    if (cache_->find(key, stored, {around.index, static_cast<size_t>(around.count)}, codes.data())) {
+    const std::span<const uint32_t> wanted(around.index, static_cast<size_t>(around.count));
+    const bool found = cache_->find(key, stored, wanted, codes.data());
+    if (found && (stored != Level::Fine || std::find(codes.begin(), codes.begin() + around.count,
+                                                     PackedRgb::kMissing) == codes.begin() + around.count)) {
       ++statistics.hits;
     } else {
       ++statistics.misses;
       std::vector<uint64_t>& all = workspace(nesting).fillCodes;
-      fill(index, hit.front, stored, depth, nesting, all);
+      if (stored == Level::Fine)
+        fillVertices(index, hit.front, wanted, depth, nesting, all);
+      else
+        fill(index, hit.front, stored, depth, nesting, all);
       cache_->store(key, stored, all);
       for (int k = 0; k < around.count; ++k) codes[static_cast<size_t>(k)] = all[around.index[k]];
     }
     bool whole = true;
     for (int k = 0; k < around.count; ++k) whole &= codes[static_cast<size_t>(k)] != PackedRgb::kMissing;
-    if (!whole) {
+    if (!whole) {  // something stands in the cell
       if (level == Level::Fine) return false;
       continue;
     }

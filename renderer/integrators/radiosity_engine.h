@@ -17,8 +17,8 @@ namespace patina {
 
 /// How many rays a shading point gets by its diffuse depth.
 struct RayBudget {
-  int diffuse0 = 128; ///< gather rays at depth 0
-  int light0 = 16;    ///< rays to an area or sky light at depth 0
+  int diffuse0 = 128;  ///< gather rays at depth 0
+  int light0 = 16;     ///< rays to an area or sky light at depth 0
   int diffuse(int depth) const;
   int light(int depth) const;
 };
@@ -33,7 +33,7 @@ class RadiosityEngine {
     bool indirect = true;
     RayBudget rays;
     size_t cacheBytes = size_t{256} << 20;
-    float levelScale = 0.35f; ///< a level is fine enough when its spacing is at most so many ray footprints
+    float levelScale = 0.35f;  ///< a level is fine enough when its spacing is at most so many ray footprints
   };
   RadiosityEngine(const World& world, const Settings& settings);
 
@@ -79,6 +79,9 @@ class RadiosityEngine {
   bool blocked(const ShadingPoint& a, const ShadingPoint& b) const;
   void fill(uint32_t patch, bool front, Level level, int depth, int nesting,
             std::vector<uint64_t>& codes) const;
+  /// Fine entries are filled vertex by vertex: few rays need them, and a miss must not cost a whole patch.
+  void fillVertices(uint32_t patch, bool front, std::span<const uint32_t> which, int depth, int nesting,
+                    std::vector<uint64_t>& codes) const;
   void shadeNested(std::span<const Request> requests, int depth, bool single, std::span<Rgb> out,
                    int nesting) const;
   Rgb specularTail(const ShadingPoint& point, uint64_t seed, int depth, float footprint, int nesting) const;

@@ -46,7 +46,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
   PhaseTimer whole("Whole frame");
   auto film = std::make_unique<Film>(filmWanted);
   try {
-    const World world(scene, settings, errors);
+    World world(scene, settings, errors);
     const auto integrator = makeIntegrator(world, mode);
     PhaseTimer timer("Render");
     std::atomic<int> done{0};
@@ -70,6 +70,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
         tbb::simple_partitioner());
     film->flush();  // after an interruption, finished tiles may still wait for their neighbours
     integrator->finish();
+    world.summarize(errors);
     if (const auto refused = film->refusedCount())
       errors.report(Severity::Warning, RiError::Math, {},
                     std::to_string(refused) + " camera samples were not finite and count as black");

@@ -74,9 +74,10 @@ SurfaceShading::SurfaceShading(const Geometry& geometry, std::vector<const Shade
     const uint32_t wanted = attributes.surface;
     const uint32_t shader = wanted == kNone || !surfaces_[wanted] ? fallback : wanted;
     shaderIndex_.push_back(shader);
+    const bool isOs = surfaces_[shader]->has(PATINA_TRAIT_OPACITY_IS_OS);
     const bool opaque = surfaces_[shader]->has(PATINA_TRAIT_OPAQUE) ||
-                        (surfaces_[shader]->reads(PATINA_ENTRY_RADIOSITY) & PATINA_CHANNEL_OS &&
-                         !variables_[placement.traced].Os && attributes.opacity == Rgb(1, 1, 1));
+                        (isOs && !variables_[placement.traced].Os && attributes.opacity == Rgb(1, 1, 1)) ||
+                        (!isOs && !surfaces_[shader]->active(PATINA_ENTRY_RADIOSITY));
     opaque_.push_back(opaque);
     allOpaque_ = allOpaque_ && opaque;
   }
@@ -147,6 +148,14 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
   const ShaderInstance& shader = *surfaces_[shaderIndex];
   const bool view = parts == ShadingParts::RadiosityAndView && shader.active(PATINA_ENTRY_VIEW);
   const bool radiosity = shader.active(PATINA_ENTRY_RADIOSITY);
+  if (!radiosity && shader.has(PATINA_TRAIT_OPACITY_IS_OS))
+    for (const uint32_t k : which) {
+      const ShadingPoint& p = points[k];
+      const Placement& placement = geometry_.placements()[p.placement];
+      out.terms[k].opacity = geometry_.attributes(placement).opacity;
+      if (const PrimVar* given = variables_[placement.traced].Os)
+        geometry_.surface(placement).interpolate(*given, p.face, p.u, p.v, &out.terms[k].opacity.x);
+    }
   if (!radiosity && !view) return;
   const uint64_t reads =
       (radiosity ? shader.reads(PATINA_ENTRY_RADIOSITY) : 0) | (view ? shader.reads(PATINA_ENTRY_VIEW) : 0);
@@ -321,6 +330,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
           const bool wrong = repair(lobe.weight) | repair(lobe.transmission);
           if (!(lobe.alpha >= 0 && lobe.alpha < 1e6f)) lobe.alpha = 0, bad = true;
           if (!(lobe.eta > 1e-3f && lobe.eta < 1e3f)) lobe.eta = 1, bad = true;
+          if (!point(i).front) lobe.eta = 1 / lobe.eta;  // plugins say inside over outside
           bad |= wrong;
           if (lobe.type != PATINA_LOBE_NONE && !(isBlack(lobe.weight) && isBlack(lobe.transmission)))
             out.lobes.push_back(lobe);
