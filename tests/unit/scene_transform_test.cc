@@ -123,9 +123,9 @@ TEST(Transform, LargestStretchOfScaledRotation) {
 // ---------------------------------------------------------------------------------------------------
 
 std::vector<bool> reversedOf(std::string_view text) {
+  const Built built = buildClean(text);
   std::vector<bool> reversed;
-  for (const Primitive& primitive : buildClean(text).world().primitives)
-    reversed.push_back(primitive.reversed);
+  for (const Primitive& primitive : built.world().primitives) reversed.push_back(primitive.reversed);
   return reversed;
 }
 
