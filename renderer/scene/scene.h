@@ -216,7 +216,8 @@ struct Options {
   int radiosityCacheKb = 262144;              ///< Option "limits" "radiositycachememory"
   int opacityCacheKb = 262144, geometryCacheKb = 262144, textureKb = 262144;
   std::array<int, 2> bucketSize{16, 16};
-  std::map<std::string, std::string> madeTextures;  ///< MakeTexture, MakeLatLongEnvironment: texture name to picture
+  std::map<std::string, std::string>
+      madeTextures;  ///< MakeTexture, MakeLatLongEnvironment: texture name to picture
   std::map<std::string, std::string> searchPaths;  ///< "shader", "texture", "archive", ... RI path syntax
   bool statistics = false;                         ///< Option "statistics" "endofframe"
   std::string statisticsFile;  ///< Option "statistics" "filename"; "" and "stdout" = standard output

@@ -139,9 +139,14 @@ class SceneBuilder final : public RibHandler {
   void scopedCoordinateSystem(std::string_view name, const Location& at) override;
   void coordSysTransform(std::string_view name, const Location& at) override;
 
-  // Textures are tiled and filtered in memory: what a Make request would write stands for its picture (option_requests.cc)
-  void makeTexture(std::string_view picture, std::string_view texture, std::string_view sWrap, std::string_view tWrap, std::string_view filter, float sWidth, float tWidth, const ParamList& params, const Location& at) override;
-  void makeLatLongEnvironment(std::string_view picture, std::string_view texture, std::string_view filter, float sWidth, float tWidth, const ParamList& params, const Location& at) override;
+  // Textures are tiled and filtered in memory: what a Make request would write stands for its picture
+  // (option_requests.cc)
+  void makeTexture(std::string_view picture, std::string_view texture, std::string_view sWrap,
+                   std::string_view tWrap, std::string_view filter, float sWidth, float tWidth,
+                   const ParamList& params, const Location& at) override;
+  void makeLatLongEnvironment(std::string_view picture, std::string_view texture, std::string_view filter,
+                              float sWidth, float tWidth, const ParamList& params,
+                              const Location& at) override;
 
   // Primitives (primitive_requests.cc, quadric_requests.cc)
   void polygon(const ParamList& params, const Location& at) override;
@@ -151,7 +156,8 @@ class SceneBuilder final : public RibHandler {
                              const Location& at) override;
   void basis(const RibBasis& u, int uStep, const RibBasis& v, int vStep, const Location& at) override;
   void patch(std::string_view type, const ParamList& params, const Location& at) override;
-  void curves(std::string_view type, Ints vertexCounts, std::string_view wrap, const ParamList& params, const Location& at) override;
+  void curves(std::string_view type, Ints vertexCounts, std::string_view wrap, const ParamList& params,
+              const Location& at) override;
   void patchMesh(std::string_view type, int nu, std::string_view uWrap, int nv, std::string_view vWrap,
                  const ParamList& params, const Location& at) override;
   void subdivisionMesh(std::string_view scheme, Ints vertexCounts, Ints vertices, const SubdivisionTags& tags,

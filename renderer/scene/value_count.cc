@@ -36,7 +36,8 @@ ValueCounts countsOf(const ParametricMesh& mesh, size_t) {
 ValueCounts countsOf(const CurveSet& curves, size_t) {
   ValueCounts counts{curves.vertexCounts.size(), 0, 0, 0};
   for (const int points : curves.vertexCounts) {
-    const auto segments = static_cast<size_t>(patchCount(curves.cubic, points, curves.basis.step, curves.periodic));
+    const auto segments =
+        static_cast<size_t>(patchCount(curves.cubic, points, curves.basis.step, curves.periodic));
     counts.varying += segments + (curves.periodic ? 0 : 1);
     counts.vertex += static_cast<size_t>(std::max(points, 0));
   }
