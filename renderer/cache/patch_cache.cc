@@ -4,6 +4,7 @@
 
 #include <sys/mman.h>
 
+#include <bit>
 #include <new>
 
 #include "renderer/base/sampling.h"
@@ -13,29 +14,38 @@ namespace {
 
 __extension__ using Wide = unsigned __int128;
 
-// A tag: patch 32 | front 1 | depth 4 | valid 1 | used 1 | version 25. Zero is an empty slot.
-constexpr uint64_t kVersionMask = (uint64_t{1} << 25) - 1;
-constexpr uint64_t kUsed = uint64_t{1} << 25;
-constexpr uint64_t kValid = uint64_t{1} << 26;
+// A tag: patch 32 | front 1 | depth 4 | block 5 | valid 1 | used 1 | version 20. Zero is an empty slot.
+// Block 0 is the coarse or medium level's only one; the fine level has 1 to 16.
+constexpr uint64_t kVersionMask = (uint64_t{1} << 20) - 1;
+constexpr uint64_t kUsed = uint64_t{1} << 20;
+constexpr uint64_t kValid = uint64_t{1} << 21;
+constexpr int kBlockShift = 22, kDepthShift = 27, kFrontShift = 31, kPatchShift = 32;
 constexpr uint64_t kKeyMask = ~(kVersionMask | kUsed);
 
-constexpr std::array<uint32_t, kLevels> kWords{4, 25,
-                                               kMaxVertices};   // vertices of the largest patch per level
-constexpr std::array<double, kLevels> kShare{0.25, 0.25, 0.5};  // of the budget: coarse, medium, fine
+constexpr std::array<uint32_t, 2> kWords{4, kMaxBlockVertices};
+constexpr std::array<double, 2> kShare{0.25, 0.75};  // of the budget
+
+bool isFine(uint64_t tag) { return (tag >> kBlockShift & 31) != 0; }
+
+/// Fine blocks take what medium entries leave, and never more than what they need of so many of the 16 slots
+/// of a key: to make a medium entry anew takes 25 vertices, and whatever those look up is made anew, too, if
+/// it is gone, so few misses become many.
+constexpr uint32_t kFineFloor = 4;
 
 }  // namespace
 
-uint64_t PatchCache::keyBits(const CacheKey& key) {
-  return uint64_t{key.patch} << 32 | uint64_t{key.front} << 31 | uint64_t{key.depth & 15u} << 27 | kValid;
+uint64_t PatchCache::keyBits(const CacheKey& key, Level level) {
+  return uint64_t{key.patch} << kPatchShift | uint64_t{key.front} << kFrontShift |
+         uint64_t{key.depth & 15u} << kDepthShift |
+         (level == Level::Fine ? (key.block & 15u) + uint64_t{1} : 0) << kBlockShift | kValid;
 }
 
 PatchCache::PatchCache(size_t bytes) {
-  for (int level = 0; level < kLevels; ++level) {
-    Table& table = tables_[static_cast<size_t>(level)];
-    table.words = kWords[static_cast<size_t>(level)];
+  for (size_t which = 0; which < tables_.size(); ++which) {
+    Table& table = tables_[which];
+    table.words = kWords[which];
     const size_t perSet = kWays * (table.words + 1) * sizeof(uint64_t);
-    table.sets =
-        static_cast<size_t>(static_cast<double>(bytes) * kShare[static_cast<size_t>(level)]) / perSet;
+    table.sets = static_cast<size_t>(static_cast<double>(bytes) * kShare[which]) / perSet;
     if (table.sets == 0) continue;
     table.bytes = table.sets * perSet;
     table.memory = mmap(nullptr, table.bytes, PROT_READ | PROT_WRITE,
@@ -56,23 +66,30 @@ PatchCache::~PatchCache() {
     if (table.memory) munmap(table.memory, table.bytes);
 }
 
+/// Where a key may be: the ways of two sets.
+PatchCache::Places PatchCache::placesOf(const Table& table, uint64_t keyBits) {
+  const uint64_t hash = mixBits(keyBits);
+  const auto slotOf = [&](uint64_t h) { return static_cast<uint64_t>((Wide{h} * table.sets) >> 64) * kWays; };
+  return {{slotOf(hash), slotOf(std::rotl(hash, 32))}, static_cast<uint32_t>(hash)};
+}
+
 bool PatchCache::find(const CacheKey& key, Level level, std::span<const uint32_t> which,
                       uint64_t* codes) const {
-  const Table& table = tables_[static_cast<size_t>(level)];
+  const Table& table = this->table(level);
   if (table.sets == 0) return false;
-  const uint64_t wanted = keyBits(key);
-  const uint64_t set = static_cast<uint64_t>((Wide{mixBits(wanted)} * table.sets) >> 64);
-  std::atomic<uint64_t>* tags = table.tags + set * kWays;
-  for (uint32_t way = 0; way < kWays; ++way) {
-    const uint64_t tag = tags[way].load(std::memory_order_acquire);
+  const uint64_t wanted = keyBits(key, level);
+  const Places places = placesOf(table, wanted);
+  for (uint32_t way = 0; way < 2 * kWays; ++way) {
+    const uint64_t slot = places.slot(way);
+    const uint64_t tag = table.tags[slot].load(std::memory_order_acquire);
     if ((tag & kKeyMask) != wanted) continue;
-    const std::atomic<uint64_t>* data = table.data + (set * kWays + way) * table.words;
+    const std::atomic<uint64_t>* data = table.data + slot * table.words;
     for (size_t k = 0; k < which.size(); ++k) codes[k] = data[which[k]].load(std::memory_order_acquire);
-    const uint64_t after = tags[way].load(std::memory_order_relaxed);
+    const uint64_t after = table.tags[slot].load(std::memory_order_relaxed);
     if ((after & ~kUsed) != (tag & ~kUsed)) return false;
     if (!(after & kUsed)) {
       uint64_t expected = after;
-      tags[way].compare_exchange_strong(expected, after | kUsed, std::memory_order_relaxed);
+      table.tags[slot].compare_exchange_strong(expected, after | kUsed, std::memory_order_relaxed);
     }
     return true;
   }
@@ -80,62 +97,65 @@ bool PatchCache::find(const CacheKey& key, Level level, std::span<const uint32_t
 }
 
 void PatchCache::store(const CacheKey& key, Level level, std::span<const uint64_t> codes) {
-  Table& table = tables_[static_cast<size_t>(level)];
+  const Table& table = this->table(level);
   if (table.sets == 0) return;
-  const uint64_t wanted = keyBits(key);
-  const uint64_t hash = mixBits(wanted);
-  const uint64_t set = static_cast<uint64_t>((Wide{hash} * table.sets) >> 64);
-  std::atomic<uint64_t>* tags = table.tags + set * kWays;
+  const uint64_t wanted = keyBits(key, level);
+  const Places places = placesOf(table, wanted);
 
   // The entry itself, an empty slot, or the first slot that was not used since the hand last passed (CLOCK).
-  uint32_t victim = kWays;
-  uint64_t tag = 0;
-  for (uint32_t way = 0; way < kWays && victim == kWays; ++way) {
-    tag = tags[way].load(std::memory_order_acquire);
-    if ((tag & kKeyMask) == wanted) victim = way;
+  constexpr uint64_t kNoSlot = ~uint64_t{0};
+  uint64_t victim = kNoSlot, tag = 0;
+  for (uint32_t way = 0; way < 2 * kWays && victim == kNoSlot; ++way) {
+    tag = table.tags[places.slot(way)].load(std::memory_order_acquire);
+    if ((tag & kKeyMask) == wanted) victim = places.slot(way);
   }
-  for (uint32_t way = 0; way < kWays && victim == kWays; ++way) {
-    tag = tags[way].load(std::memory_order_acquire);
-    if (tag == 0) victim = way;
+  for (uint32_t way = 0; way < 2 * kWays && victim == kNoSlot; ++way) {
+    tag = table.tags[places.slot(way)].load(std::memory_order_acquire);
+    if (tag == 0) victim = places.slot(way);
   }
-  const auto start = static_cast<uint32_t>(hash & (kWays - 1));
-  for (uint32_t step = 0; step < 2 * kWays && victim == kWays; ++step) {
-    const uint32_t way = (start + step) & (kWays - 1);
-    tag = tags[way].load(std::memory_order_acquire);
-    if (!(tag & kValid)) continue;  // being written
-    if (tag & kUsed) {
-      tags[way].compare_exchange_strong(tag, tag & ~kUsed, std::memory_order_relaxed);
-      continue;
-    }
-    victim = way;
+  // Whether a fine block gives way, or another kind of entry.
+  uint32_t fine = level == Level::Fine ? 1 : 0;
+  for (uint32_t way = 0; way < 2 * kWays && victim == kNoSlot; ++way)
+    fine += isFine(table.tags[places.slot(way)].load(std::memory_order_relaxed));
+  const bool fineGives = fine > kFineFloor;
+  for (uint32_t step = 0; step < 4 * kWays && victim == kNoSlot; ++step) {
+    const uint64_t slot = places.slot((places.start + step) % (2 * kWays));
+    tag = table.tags[slot].load(std::memory_order_acquire);
+    if (!(tag & kValid) || isFine(tag) != fineGives) continue;  // being written, or the other kind
+    if (tag & kUsed)
+      table.tags[slot].compare_exchange_strong(tag, tag & ~kUsed, std::memory_order_relaxed);
+    else
+      victim = slot;
   }
-  if (victim == kWays) return;
+  if (victim == kNoSlot) return;
+  // Vertices at depth 0 are used by one bucket and its neighbours: they are the first to go.
+  const uint64_t used = level == Level::Fine && key.depth == 0 ? 0 : kUsed;
   const bool same = (tag & kKeyMask) == wanted;
   const uint64_t version = (tag + 1) & kVersionMask;
   // While it is written the tag is neither valid nor zero.
   const uint64_t busy = version | (version == 0 ? 1 : 0);
-  if (!tags[victim].compare_exchange_strong(tag, busy, std::memory_order_acq_rel)) return;
-  std::atomic<uint64_t>* data = table.data + (set * kWays + victim) * table.words;
+  if (!table.tags[victim].compare_exchange_strong(tag, busy, std::memory_order_acq_rel)) return;
+  std::atomic<uint64_t>* data = table.data + victim * table.words;
   for (size_t k = 0; k < codes.size(); ++k)
     if (!same || codes[k] != PackedRgb::kMissing) data[k].store(codes[k], std::memory_order_release);
-  tags[victim].store(wanted | kUsed | ((busy + 1) & kVersionMask), std::memory_order_release);
+  table.tags[victim].store(wanted | used | ((busy + 1) & kVersionMask), std::memory_order_release);
   if (same) return;
-  const auto depthOf = [](uint64_t t) { return static_cast<size_t>(t >> 27 & 15); };
-  table.entries[depthOf(wanted)].fetch_add(1, std::memory_order_relaxed);
+  const auto depthOf = [](uint64_t t) { return static_cast<size_t>(t >> kDepthShift & 15); };
+  counts_[static_cast<size_t>(level)].entries[depthOf(wanted)].fetch_add(1, std::memory_order_relaxed);
   if (tag == 0) return;
-  table.entries[depthOf(tag)].fetch_sub(1, std::memory_order_relaxed);
-  table.evictions[depthOf(tag)].fetch_add(1, std::memory_order_relaxed);
+  const Level evicted = level == Level::Coarse ? Level::Coarse : isFine(tag) ? Level::Fine : Level::Medium;
+  Counts& counts = counts_[static_cast<size_t>(evicted)];
+  counts.entries[depthOf(tag)].fetch_sub(1, std::memory_order_relaxed);
+  counts.evictions[depthOf(tag)].fetch_add(1, std::memory_order_relaxed);
 }
 
-size_t PatchCache::bytesPerSlot(Level level) const {
-  return (tables_[static_cast<size_t>(level)].words + 1) * sizeof(uint64_t);
-}
+size_t PatchCache::bytesPerSlot(Level level) const { return (table(level).words + 1) * sizeof(uint64_t); }
 
 PatchCache::Use PatchCache::use(Level level, int depth) const {
-  const Table& table = tables_[static_cast<size_t>(level)];
+  const Counts& counts = counts_[static_cast<size_t>(level)];
   const auto d = static_cast<size_t>(depth);
-  const size_t entries = table.entries[d].load();
-  return {entries, table.evictions[d].load(), entries * bytesPerSlot(level)};
+  const size_t entries = counts.entries[d].load();
+  return {entries, counts.evictions[d].load(), entries * bytesPerSlot(level)};
 }
 
 }  // namespace patina

@@ -2,10 +2,12 @@
 // The multiresolution cache (Christensen et al. 2012, section 3): values at the vertices of patches, by
 // patch, side, level and diffuse depth, in a fixed number of bytes.
 //
-// Each level has its own table, as its entries have their own size: the fine table is small and serves
-// coherent look-ups, the medium and coarse tables hold many entries. A table is set-associative: a key may
-// live in any of eight slots, whose tags share a cache line. All memory is reserved at once and touched as it
-// is needed, so the budget holds at every moment.
+// There are two tables: one of coarse entries (4 vertices), and one that medium entries and blocks of fine
+// entries share, which both have up to 25 vertices: a patch of 16x16 micropolygons has one medium entry and
+// 16 fine blocks of 4x4 cells with their rims, of which only those are kept that someone looked at. A key may
+// live in any of the eight slots of two sets, each of which has its tags in one cache line. What was not used
+// for a while gives way (CLOCK), fine blocks before medium entries. All memory is reserved at once and touched
+// as it is needed, so the budget holds at every moment.
 //
 // Hits take no lock: a reader copies the words that it wants and then checks that the tag is still the one it
 // found; a writer makes the tag invalid first. A value depends on its key alone, so it does not matter who
@@ -26,7 +28,8 @@ namespace patina {
 struct CacheKey {
   uint32_t patch;
   bool front;
-  uint8_t depth;  ///< diffuse depth of the hit; at most 15
+  uint8_t depth;      ///< diffuse depth of the hit; at most 15
+  uint8_t block = 0;  ///< of the fine level: 0 to 15; the other levels have one block
 };
 
 class PatchCache {
@@ -39,12 +42,12 @@ class PatchCache {
   PatchCache(const PatchCache&) = delete;
   PatchCache& operator=(const PatchCache&) = delete;
 
-  /// Copies the codes of vertices `which` of an entry. False: the entry is not there. Missing vertices of
-  /// entries that were stored in part read PackedRgb::kMissing. [any thread]
+  /// Copies the codes of vertices `which` of a block. False: the block is not there. Missing vertices of
+  /// blocks that were stored in part read PackedRgb::kMissing. [any thread]
   bool find(const CacheKey& key, Level level, std::span<const uint32_t> which, uint64_t* codes) const;
 
-  /// Stores an entry, in the place of one that has not been used for a while. `codes` holds all vertices of
-  /// the level, in order; kMissing leaves what is there. May do nothing when the slot is being written by
+  /// Stores a block, in the place of one that has not been used for a while. `codes` holds all vertices of
+  /// the block, in order; kMissing leaves what is there. May do nothing when the slot is being written by
   /// another thread. [any thread]
   void store(const CacheKey& key, Level level, std::span<const uint64_t> codes);
 
@@ -52,7 +55,7 @@ class PatchCache {
     size_t entries, evictions, bytes;
   };
   Use use(Level level, int depth) const;
-  size_t slots(Level level) const { return tables_[static_cast<size_t>(level)].sets * kWays; }
+  size_t slots(Level level) const { return table(level).sets * kWays; }  ///< medium and fine share theirs
   size_t bytesPerSlot(Level level) const;
   size_t capacity() const { return capacity_; }  ///< bytes reserved in all, never more than asked for
 
@@ -65,11 +68,21 @@ class PatchCache {
     std::atomic<uint64_t>* data = nullptr;
     size_t bytes = 0;
     void* memory = nullptr;
+  };
+  struct Counts {
     std::array<std::atomic<uint64_t>, kDepths> entries{}, evictions{};  // by depth
   };
-  static uint64_t keyBits(const CacheKey& key);
+  struct Places {
+    std::array<uint64_t, 2> first;  // slots of two sets
+    uint32_t start;                 // where the hand is set
+    uint64_t slot(uint32_t way) const { return first[way / kWays] + way % kWays; }
+  };
+  static Places placesOf(const Table& table, uint64_t keyBits);
+  static uint64_t keyBits(const CacheKey& key, Level level);
+  const Table& table(Level level) const { return tables_[level == Level::Coarse ? 0 : 1]; }
 
-  std::array<Table, kLevels> tables_;
+  std::array<Table, 2> tables_;  // coarse; medium and fine
+  std::array<Counts, kLevels> counts_;
   size_t capacity_ = 0;
 };
 

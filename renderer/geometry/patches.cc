@@ -65,6 +65,35 @@ VertexWeights Patch::locate(Level level, float u, float v) const {
   return {{above + 1, above, below + 1, 0}, {a + b - 1, 1 - a, 1 - b, 0}, 3};
 }
 
+/// Column and row of a vertex of the fine lattice.
+std::array<uint32_t, 2> Patch::latticePosition(uint32_t vertex) const {
+  if (cellsU == 0) return {0, 0};
+  if (shape == FaceShape::Quad) return {vertex % (cellsU + 1u), vertex / (cellsU + 1u)};
+  uint32_t row = 0;
+  while (triangleRow(cellsU, row + 1) <= vertex) ++row;
+  return {vertex - triangleRow(cellsU, row), row};
+}
+
+uint8_t Patch::blockOf(const VertexWeights& around, uint32_t index[4]) const {
+  std::array<uint32_t, 2> at[4], corner{kMaxCells, kMaxCells};
+  for (int k = 0; k < around.count; ++k) {
+    at[k] = latticePosition(around.index[k]);
+    for (size_t c = 0; c < 2; ++c) corner[c] = std::min(corner[c], at[k][c]);
+  }
+  const uint32_t i = corner[0] / kBlockCells, j = corner[1] / kBlockCells;
+  for (int k = 0; k < around.count; ++k)
+    index[k] = (at[k][1] - j * kBlockCells) * (kBlockCells + 1) + at[k][0] - i * kBlockCells;
+  return static_cast<uint8_t>(j * (kMaxCells / kBlockCells) + i);
+}
+
+BlockVertex Patch::blockOf(uint32_t vertex) const {
+  const auto [i, j] = latticePosition(vertex);
+  constexpr uint32_t kLast = kMaxCells / kBlockCells - 1;
+  const uint32_t bi = std::min(i / kBlockCells, kLast), bj = std::min(j / kBlockCells, kLast);
+  return {static_cast<uint8_t>(bj * (kLast + 1) + bi),
+          static_cast<uint8_t>((j - bj * kBlockCells) * (kBlockCells + 1) + i - bi * kBlockCells)};
+}
+
 uint32_t PatchTable::find(uint32_t placement, uint32_t face, float u, float v) const {
   const PlacementEntry& entry = placements_[placement];
   if (!entry.tiled) return entry.first + face;

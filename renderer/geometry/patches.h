@@ -3,6 +3,7 @@
 // caches.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "renderer/geometry/raster_camera.h"
@@ -13,14 +14,21 @@ namespace patina {
 /// Resolutions of a patch. A level's vertices are a subset of the next finer level's.
 enum class Level : uint8_t { Coarse = 0, Medium = 1, Fine = 2 };
 inline constexpr int kLevels = 3;
-inline constexpr int kMaxCells = 16;  ///< micropolygons along an edge of a patch
-inline constexpr int kMaxVertices = 289;
+inline constexpr int kMaxCells = 16;          ///< micropolygons along an edge of a patch
+inline constexpr int kBlockCells = 4;         ///< micropolygons along an edge of a block of a patch
+inline constexpr int kMaxBlockVertices = 25;  ///< of a block with its rim, and of the medium level
 
 /// Up to four vertices around a point, with weights that sum to one.
 struct VertexWeights {
   uint32_t index[4];
   float weight[4];
   int count;
+};
+
+/// Where a vertex of the fine level is kept: a block of 4x4 cells, of 16 in a patch, and the place in its 5x5
+/// vertices. Vertices on the rim of a block are in the next one, too.
+struct BlockVertex {
+  uint8_t block, index;
 };
 
 /// A tile of a face: the part u0 + [0,1] du, v0 + [0,1] dv of its domain. In a triangle du = dv, negative for
@@ -49,6 +57,10 @@ struct Patch {
   /// The vertices around local (u, v) and their bilinear (triangle: linear) weights.
   VertexWeights locate(Level level, float u, float v) const;
 
+  /// The fine vertices of `around` (of Fine's locate) in the block that holds their cell; returns the block.
+  uint8_t blockOf(const VertexWeights& around, uint32_t index[4]) const;
+  BlockVertex blockOf(uint32_t vertex) const;
+
   /// Pairs of vertices such that whatever parts the corners of a cell from each other lies between one of
   /// them: the diagonals of quads, the edges of triangles.
   template <class Visit>
@@ -56,6 +68,9 @@ struct Patch {
 
   V2f toFace(const V2f& local) const { return {u0 + local.x * du, v0 + local.y * dv}; }
   V2f toLocal(float u, float v) const { return {(u - u0) / du, (v - v0) / dv}; }
+
+ private:
+  std::array<uint32_t, 2> latticePosition(uint32_t vertex) const;
 };
 
 template <class Visit>

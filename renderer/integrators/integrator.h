@@ -28,6 +28,15 @@ std::unique_ptr<Integrator> makePathIntegrator(const World& world);
 /// `cached`: mode radiosity; else mode distribution. `indirect` false: mode direct.
 std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cached, bool indirect);
 
+/// What a camera sample has seen.
+struct Seen {
+  Rgb radiance{0, 0, 0};
+  float alpha = 0;
+  float depth = kFarDepth;
+};
+/// Adds a sample of the film's channels. One that is not finite is counted as refused, and as black.
+void addSample(FilmTile& tile, const V2f& raster, const Seen& seen);
+
 /// The camera ray of a sample of a pixel: the same in every mode.
 struct CameraSample {
   float x, y;  ///< raster

@@ -19,9 +19,7 @@ constexpr int kMostVertices = 4096;  // even through transparent layers
 
 // Purposes of random numbers; every vertex has its own block.
 enum Dimension : uint32_t {
-  kPixel,
-  kLens,
-  kVertex = 8,
+  kVertex = 8,  // those before are the camera's
   kLightChoice = 0,
   kLightPoint,
   kLobe,
@@ -55,12 +53,6 @@ struct Path {
   }
 };
 
-struct Result {
-  Rgb radiance{0, 0, 0};
-  float alpha = 0;
-  float depth = kFarDepth;
-};
-
 class PathIntegrator final : public Integrator {
  public:
   explicit PathIntegrator(const World& world) : world_(world) {}
@@ -71,12 +63,11 @@ class PathIntegrator final : public Integrator {
     std::vector<Path> paths, next;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
-    std::vector<Result> results;
+    std::vector<Seen> results;
     std::vector<ShadingPoint> points;
     std::vector<uint32_t> pathOf;  // of a point
     ShadedPoints shaded;
     std::vector<Rgb> direct;
-    std::vector<uint32_t> lightOf;
     std::vector<float> lightChance;
     std::vector<LightSample> lightSamples;
   };
@@ -95,10 +86,10 @@ void PathIntegrator::render(FilmTile& tile) const {
   thread_local Wave wave;
   const auto perWave =
       static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, spp));
-  for (uint32_t first = 0; first < spp; first += perWave) {
+  for (uint32_t first = 0; first < spp && !world_.interrupted(); first += perWave) {
     const uint32_t end = std::min(spp, first + perWave);
     wave.paths.clear();
-    wave.results.assign(pixelCount * (end - first), Result{});
+    wave.results.assign(pixelCount * (end - first), Seen{});
     std::vector<V2f> positions;
     for (int y = pixels.y0; y < pixels.y1; ++y)
       for (int x = pixels.x0; x < pixels.x1; ++x)
@@ -115,15 +106,7 @@ void PathIntegrator::render(FilmTile& tile) const {
         }
     pathCount += static_cast<int64_t>(wave.paths.size());
     while (!wave.paths.empty()) step(wave);
-    for (size_t k = 0; k < positions.size(); ++k) {
-      const Result& r = wave.results[k];
-      const float values[kChannels] = {r.radiance.x, r.radiance.y, r.radiance.z, r.alpha,
-                                       r.alpha > 0 ? r.depth : kFarDepth};
-      if (!tile.addSample(positions[k].x, positions[k].y, values)) {
-        const float black[kChannels] = {0, 0, 0, 0, kFarDepth};
-        tile.addSample(positions[k].x, positions[k].y, black);
-      }
-    }
+    for (size_t k = 0; k < positions.size(); ++k) addSample(tile, positions[k], wave.results[k]);
   }
 }
 
@@ -163,15 +146,9 @@ void PathIntegrator::step(Wave& wave) const {
       const Rgb emitted = world_.lights().emitted(light, point, -path.ray.direction, uv);
       if (!isBlack(emitted)) {
         float weight = 1;
-        if (path.pdf > 0 && path.sampledLights) {
-          const LightList& list = world_.lightsOf(path.receiver);
-          const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
-                                              list.sampled.begin());
-          if (at < list.sampled.size()) {
-            const float chance = list.cumulative[at] - (at ? list.cumulative[at - 1] : 0);
-            weight = misWeight(path.pdf, chance * world_.lights().areaPdf(light, path.from, point));
-          }
-        }
+        if (path.pdf > 0 && path.sampledLights)
+          weight = world_.lightsOf(path.receiver)
+                       .weightOfMet(light, path.pdf, world_.lights().areaPdf(light, path.from, point));
         wave.results[path.slot].radiance += path.throughput * emitted * weight;
       }
     }
@@ -216,16 +193,11 @@ void PathIntegrator::missed(Wave& wave, std::span<const uint32_t> which) const {
     for (size_t i = 0; i < paths.size(); ++i) {
       Path& path = wave.paths[paths[i]];
       float weight = 1;
-      if (path.pdf > 0 && path.sampledLights && !world_.lights().isSmooth(light)) {
-        const LightList& list = world_.lightsOf(path.receiver);
-        const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
-                                            list.sampled.begin());
-        if (at < list.sampled.size())
-          weight = misWeight(path.pdf, (list.cumulative[at] - (at ? list.cumulative[at - 1] : 0)) * pdf[i]);
-      }
+      if (path.pdf > 0 && path.sampledLights)
+        weight = world_.lightsOf(path.receiver).weightOfMet(light, path.pdf, pdf[i]);
       wave.results[path.slot].radiance += path.throughput * radiance[i] * weight;
       if (path.receiver == kNone && !isBlack(radiance[i])) {
-        Result& result = wave.results[path.slot];
+        Seen& result = wave.results[path.slot];
         result.alpha = 1, result.depth = kFarDepth;
       }
     }
@@ -235,7 +207,6 @@ void PathIntegrator::missed(Wave& wave, std::span<const uint32_t> which) const {
 void PathIntegrator::sampleLights(Wave& wave) const {
   const size_t n = wave.points.size();
   wave.direct.assign(n, Rgb(0, 0, 0));
-  wave.lightOf.assign(n, kNone);
   wave.lightChance.resize(n);
   wave.lightSamples.resize(n);
   world_.addAmbient(wave.points, wave.shaded.terms, wave.direct);
@@ -250,12 +221,9 @@ void PathIntegrator::sampleLights(Wave& wave) const {
     if (list.sampled.empty()) continue;
     const Bsdf bsdf(wave.points[i], wave.shaded.terms[i], wave.shaded.lobesOf(wave.shaded.terms[i]));
     if (!bsdf.scattersSmoothly(true)) continue;
-    const float u = sobol1(path.sample, path.seed(kLightChoice));
-    const auto at = static_cast<size_t>(
-        std::upper_bound(list.cumulative.begin(), list.cumulative.end() - 1, u) - list.cumulative.begin());
-    wave.lightOf[i] = list.sampled[at];
-    wave.lightChance[i] = list.cumulative[at] - (at ? list.cumulative[at - 1] : 0);
-    byLight[list.sampled[at]].push_back(i);
+    const LightList::Pick pick = list.pick(sobol1(path.sample, path.seed(kLightChoice)));
+    wave.lightChance[i] = pick.chance;
+    byLight[pick.light].push_back(i);
   }
   thread_local std::vector<V3f> positions;
   thread_local std::vector<V2f> random;
@@ -290,7 +258,7 @@ void PathIntegrator::sampleLights(Wave& wave) const {
 bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
   const ShadingPoint& point = wave.points[i];
   const SurfaceTerms& terms = wave.shaded.terms[i];
-  Result& result = wave.results[path.slot];
+  Seen& result = wave.results[path.slot];
   const Attributes& attributes = world_.attributesOf(point.placement);
   // Transparency: the path sees the surface, or what is behind it. Terms are premultiplied by opacity.
   if (!world_.shading().isOpaque(point.placement)) {
@@ -356,19 +324,6 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
 }
 
 }  // namespace
-
-CameraSample cameraSample(const World& world, int x, int y, uint32_t sample) {
-  const V2f offset = sobol2(sample, pixelSeed(x, y, kPixel));
-  const V2f lens = sobol2(sample, pixelSeed(x, y, kLens));
-  CameraSample s;
-  s.x = static_cast<float>(x) + offset.x, s.y = static_cast<float>(y) + offset.y;
-  // A large raster coordinate may round up to the next pixel.
-  if (s.x >= static_cast<float>(x + 1)) s.x = std::nextafter(static_cast<float>(x + 1), 0.0f);
-  if (s.y >= static_cast<float>(y + 1)) s.y = std::nextafter(static_cast<float>(y + 1), 0.0f);
-  s.camera = world.camera().ray(s.x, s.y, lens);
-  s.ray = Ray{s.camera.origin, s.camera.direction, s.camera.tNear, s.camera.tFar, kCameraRay};
-  return s;
-}
 
 std::unique_ptr<Integrator> makePathIntegrator(const World& world) {
   return std::make_unique<PathIntegrator>(world);

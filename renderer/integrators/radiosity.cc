@@ -96,7 +96,7 @@ void RadiosityIntegrator::render(FilmTile& tile) const {
   const auto perWave =
       static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, spp));
   thread_local Wave wave;
-  for (uint32_t first = 0; first < spp; first += perWave) {
+  for (uint32_t first = 0; first < spp && !world_.interrupted(); first += perWave) {
     const uint32_t end = std::min(spp, first + perWave);
     wave.walks.clear(), wave.positions.clear();
     wave.results.assign(pixelCount * (end - first), Result{});
@@ -120,12 +120,7 @@ void RadiosityIntegrator::render(FilmTile& tile) const {
     for (size_t k = 0; k < wave.positions.size(); ++k) {
       const Result& r = wave.results[k];
       const float alpha = std::clamp((r.seen.x + r.seen.y + r.seen.z) / 3, 0.0f, 1.0f);
-      const float values[kChannels] = {r.radiance.x, r.radiance.y, r.radiance.z, alpha,
-                                       alpha > 0 ? r.depth : kFarDepth};
-      if (!tile.addSample(wave.positions[k].x, wave.positions[k].y, values)) {
-        const float black[kChannels] = {0, 0, 0, 0, kFarDepth};
-        tile.addSample(wave.positions[k].x, wave.positions[k].y, black);
-      }
+      addSample(tile, wave.positions[k], {r.radiance, alpha, r.depth});
     }
   }
 }
@@ -158,14 +153,9 @@ void RadiosityIntegrator::step(Wave& wave) const {
                          .surface(world_.geometry().placements()[hit.placement])
                          .surfaceParameters(hit.face, hit.u, hit.v);
       float weight = 1;
-      if (walk.pdf > 0 && walk.sampledLights) {
-        const LightList& list = world_.lightsOf(walk.receiver);
-        const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
-                                            list.sampled.begin());
-        if (at < list.sampled.size())
-          weight = misWeight(walk.pdf, (list.cumulative[at] - (at ? list.cumulative[at - 1] : 0)) *
-                                           world_.lights().areaPdf(light, walk.from, point));
-      }
+      if (walk.pdf > 0 && walk.sampledLights)
+        weight = world_.lightsOf(walk.receiver)
+                     .weightOfMet(light, walk.pdf, world_.lights().areaPdf(light, walk.from, point));
       result.radiance +=
           walk.throughput * world_.lights().emitted(light, point, -walk.ray.direction, uv) * weight;
     }
@@ -219,13 +209,8 @@ void RadiosityIntegrator::missed(Wave& wave, const Walk& walk) const {
     float pdf;
     lights.evaluate(light, {&walk.ray.origin, 1}, {&walk.ray.direction, 1}, {&radiance, 1}, {&pdf, 1});
     float weight = 1;
-    if (walk.pdf > 0 && walk.sampledLights && !lights.isSmooth(light)) {
-      const LightList& list = world_.lightsOf(walk.receiver);
-      const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
-                                          list.sampled.begin());
-      if (at < list.sampled.size())
-        weight = misWeight(walk.pdf, (list.cumulative[at] - (at ? list.cumulative[at - 1] : 0)) * pdf);
-    }
+    if (walk.pdf > 0 && walk.sampledLights)
+      weight = world_.lightsOf(walk.receiver).weightOfMet(light, walk.pdf, pdf);
     result.radiance += walk.throughput * radiance * weight;
     if (camera && !isBlack(radiance)) result.seen += walk.throughput;
   }
@@ -309,11 +294,8 @@ void RadiosityIntegrator::specularDirect(Wave& wave) const {
     const Walk& walk = wave.walks[wave.active[i]];
     for (const uint32_t light : list.sampled)
       if (lights.isDelta(light)) byLight[light].emplace_back(i, 1.0f);
-    const float u = sobol1(walk.sample, walk.seed(kLightChoice));
-    const auto at = static_cast<size_t>(
-        std::upper_bound(list.cumulative.begin(), list.cumulative.end() - 1, u) - list.cumulative.begin());
-    if (!lights.isDelta(list.sampled[at]))
-      byLight[list.sampled[at]].emplace_back(i, list.cumulative[at] - (at ? list.cumulative[at - 1] : 0));
+    const LightList::Pick pick = list.pick(sobol1(walk.sample, walk.seed(kLightChoice)));
+    if (!lights.isDelta(pick.light)) byLight[pick.light].emplace_back(i, pick.chance);
   }
   thread_local std::vector<V3f> positions;
   thread_local std::vector<V2f> random;

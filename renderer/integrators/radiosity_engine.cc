@@ -288,17 +288,38 @@ void RadiosityEngine::fill(uint32_t index, bool front, Level level, int depth, i
     if (codes[k] != PackedRgb::kMissing) codes[k] = PackedRgb::pack(w.fillRadiance[made++]);
 }
 
-void RadiosityEngine::fillVertices(uint32_t index, bool front, std::span<const uint32_t> which, int depth,
-                                   int nesting, std::vector<uint64_t>& codes) const {
+void RadiosityEngine::fineVertices(uint32_t index, bool front, const VertexWeights& around, int depth,
+                                   int nesting, uint64_t codes[4]) const {
+  CacheStatistics& statistics = cacheStatistics(Level::Fine, depth);
+  ++statistics.lookups;
+  uint32_t inBlock[4];
+  const uint8_t block = world_.geometry().patches()[index].blockOf(around, inBlock);
+  const CacheKey key{index, front, static_cast<uint8_t>(depth), block};
+  const auto count = static_cast<size_t>(around.count);
+  if (!cache_->find(key, Level::Fine, {inBlock, count}, codes))
+    std::fill(codes, codes + count, PackedRgb::kMissing);
   Workspace& w = workspace(nesting);
   w.fillRequests.clear();
-  for (const uint32_t vertex : which)
-    w.fillRequests.push_back(vertexRequest(index, front, Level::Fine, vertex, depth));
-  w.fillRadiance.resize(which.size());
-  vertexPoints += static_cast<int64_t>(which.size());
+  std::array<size_t, 4> missing;
+  for (size_t k = 0; k < count; ++k)
+    if (codes[k] == PackedRgb::kMissing) {
+      missing[w.fillRequests.size()] = k;
+      w.fillRequests.push_back(vertexRequest(index, front, Level::Fine, around.index[k], depth));
+    }
+  const size_t made = w.fillRequests.size();
+  if (made == 0) {
+    ++statistics.hits;
+    return;
+  }
+  ++statistics.misses;
+  vertexPoints += static_cast<int64_t>(made);
+  w.fillRadiance.resize(made);
   shadeNested(w.fillRequests, depth, false, w.fillRadiance, nesting + 1);
-  codes.assign(world_.geometry().patches()[index].vertexCount(Level::Fine), PackedRgb::kMissing);
-  for (size_t k = 0; k < which.size(); ++k) codes[which[k]] = PackedRgb::pack(w.fillRadiance[k]);
+  std::array<uint64_t, kMaxBlockVertices> kept;
+  kept.fill(PackedRgb::kMissing);
+  for (size_t k = 0; k < made; ++k)
+    kept[inBlock[missing[k]]] = codes[missing[k]] = PackedRgb::pack(w.fillRadiance[k]);
+  cache_->store(key, Level::Fine, kept);
 }
 
 bool RadiosityEngine::cachedRadiance(const Hit& hit, float footprint, int depth, int nesting,
@@ -318,23 +339,22 @@ bool RadiosityEngine::cachedRadiance(const Hit& hit, float footprint, int depth,
   for (;; level = static_cast<Level>(static_cast<int>(level) + 1)) {
     const Level stored = patch.canonical(level);
     const VertexWeights around = patch.locate(stored, local.x, local.y);
-    CacheStatistics& statistics = cacheStatistics(stored, depth);
-    ++statistics.lookups;
     std::array<uint64_t, 4> codes;
-    const std::span<const uint32_t> wanted(around.index, static_cast<size_t>(around.count));
-    const bool found = cache_->find(key, stored, wanted, codes.data());
-    if (found && (stored != Level::Fine || std::find(codes.begin(), codes.begin() + around.count,
-                                                     PackedRgb::kMissing) == codes.begin() + around.count)) {
-      ++statistics.hits;
+    if (stored == Level::Fine) {
+      fineVertices(index, hit.front, around, depth, nesting, codes.data());
     } else {
-      ++statistics.misses;
-      std::vector<uint64_t>& all = workspace(nesting).fillCodes;
-      if (stored == Level::Fine)
-        fillVertices(index, hit.front, wanted, depth, nesting, all);
-      else
+      CacheStatistics& statistics = cacheStatistics(stored, depth);
+      ++statistics.lookups;
+      const std::span<const uint32_t> wanted(around.index, static_cast<size_t>(around.count));
+      if (cache_->find(key, stored, wanted, codes.data())) {
+        ++statistics.hits;
+      } else {
+        ++statistics.misses;
+        std::vector<uint64_t>& all = workspace(nesting).fillCodes;
         fill(index, hit.front, stored, depth, nesting, all);
-      cache_->store(key, stored, all);
-      for (int k = 0; k < around.count; ++k) codes[static_cast<size_t>(k)] = all[around.index[k]];
+        cache_->store(key, stored, all);
+        for (size_t k = 0; k < wanted.size(); ++k) codes[k] = all[wanted[k]];
+      }
     }
     bool whole = true;
     for (int k = 0; k < around.count; ++k) whole &= codes[static_cast<size_t>(k)] != PackedRgb::kMissing;
@@ -358,9 +378,10 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
     if (cache_) {
       CacheStatistics& statistics = cacheStatistics(Level::Fine, 0);
       ++statistics.lookups;
-      const uint32_t index = v.index;
+      const BlockVertex at = world_.geometry().patches()[v.patch].blockOf(v.index);
+      const uint32_t index = at.index;
       uint64_t code;
-      if (cache_->find({v.patch, v.front, 0}, Level::Fine, {&index, 1}, &code) &&
+      if (cache_->find({v.patch, v.front, 0, at.block}, Level::Fine, {&index, 1}, &code) &&
           code != PackedRgb::kMissing) {
         ++statistics.hits;
         out[k] = PackedRgb::unpack(code);
@@ -386,21 +407,26 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
     out[w.vertexOf[k]] = PackedRgb::unpack(w.fillCodes.back());
   }
   if (!cache_) return;
-  // Kept by patch and side, with the vertices that were not asked for marked as missing.
+  // Kept by block, with the vertices that were not asked for marked as missing.
+  w.blocks.clear();
+  for (const uint32_t k : w.vertexOf)
+    w.blocks.push_back(world_.geometry().patches()[wanted[k].patch].blockOf(wanted[k].index));
   w.order.resize(w.vertexOf.size());
   for (uint32_t k = 0; k < w.order.size(); ++k) w.order[k] = k;
   const auto keyOf = [&](uint32_t k) {
-    return uint64_t{wanted[w.vertexOf[k]].patch} << 1 | wanted[w.vertexOf[k]].front;
+    const Vertex& v = wanted[w.vertexOf[k]];
+    return uint64_t{v.patch} << 5 | uint64_t{v.front} << 4 | w.blocks[k].block;
   };
   std::sort(w.order.begin(), w.order.end(), [&](uint32_t a, uint32_t b) { return keyOf(a) < keyOf(b); });
-  std::vector<uint64_t> codes;
+  std::array<uint64_t, kMaxBlockVertices> codes;
   for (size_t begin = 0; begin < w.order.size();) {
-    const Vertex& v = wanted[w.vertexOf[w.order[begin]]];
-    codes.assign(world_.geometry().patches()[v.patch].vertexCount(Level::Fine), PackedRgb::kMissing);
+    const uint32_t first = w.order[begin];
+    const Vertex& v = wanted[w.vertexOf[first]];
+    codes.fill(PackedRgb::kMissing);
     size_t end = begin;
-    for (; end < w.order.size() && keyOf(w.order[end]) == keyOf(w.order[begin]); ++end)
-      codes[wanted[w.vertexOf[w.order[end]]].index] = w.fillCodes[w.order[end]];
-    cache_->store({v.patch, v.front, 0}, Level::Fine, codes);
+    for (; end < w.order.size() && keyOf(w.order[end]) == keyOf(first); ++end)
+      codes[w.blocks[w.order[end]].index] = w.fillCodes[w.order[end]];
+    cache_->store({v.patch, v.front, 0, w.blocks[first].block}, Level::Fine, codes);
     begin = end;
   }
 }

@@ -79,9 +79,10 @@ class RadiosityEngine {
   bool blocked(const ShadingPoint& a, const ShadingPoint& b) const;
   void fill(uint32_t patch, bool front, Level level, int depth, int nesting,
             std::vector<uint64_t>& codes) const;
-  /// Fine entries are filled vertex by vertex: few rays need them, and a miss must not cost a whole patch.
-  void fillVertices(uint32_t patch, bool front, std::span<const uint32_t> which, int depth, int nesting,
-                    std::vector<uint64_t>& codes) const;
+  /// Codes of the fine vertices around a point, from the cache or made and kept: vertex by vertex, as few
+  /// rays need them, and a miss must not cost a whole patch.
+  void fineVertices(uint32_t patch, bool front, const VertexWeights& around, int depth, int nesting,
+                    uint64_t codes[4]) const;
   void shadeNested(std::span<const Request> requests, int depth, bool single, std::span<Rgb> out,
                    int nesting) const;
   Rgb specularTail(const ShadingPoint& point, uint64_t seed, int depth, float footprint, int nesting) const;

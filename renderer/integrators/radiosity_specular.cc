@@ -39,22 +39,19 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
     const Bsdf bsdf(point, terms, lobes);
     const LightList& list = world_.lightsOf(point.placement);
     const Lights& lights = world_.lights();
-    float lightChance = 0;
     if (!list.sampled.empty() && bsdf.scattersSmoothly(false)) {
       const float u = toUnit(
           static_cast<uint32_t>(hashOf(seed, kLightChoicePurpose, static_cast<uint32_t>(bounce)) >> 32));
-      const auto at = static_cast<size_t>(
-          std::upper_bound(list.cumulative.begin(), list.cumulative.end() - 1, u) - list.cumulative.begin());
-      lightChance = list.cumulative[at] - (at ? list.cumulative[at - 1] : 0);
+      const LightList::Pick pick = list.pick(u);
       LightSample s;
       const V2f random = sobol2(0, hashOf(seed, kLightPointPurpose, static_cast<uint32_t>(bounce)));
-      lights.sample(list.sampled[at], {&point.P, 1}, {&random, 1}, {&s, 1});
+      lights.sample(pick.light, {&point.P, 1}, {&random, 1}, {&s, 1});
       if (s.pdf > 0) {
         const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
         if (!isBlack(value.f)) {
-          const float pdf = s.pdf * lightChance, weight = s.delta ? 1 : misWeight(pdf, value.pdf);
-          radiance += throughput * value.f * s.radiance *
-                      world_.transmittance(point.facet(), s, list.sampled[at]) * (weight / pdf);
+          const float pdf = s.pdf * pick.chance, weight = s.delta ? 1 : misWeight(pdf, value.pdf);
+          radiance += throughput * value.f * s.radiance * world_.transmittance(point.facet(), s, pick.light) *
+                      (weight / pdf);
         }
       }
     }
@@ -68,11 +65,7 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
     const Ray ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay};
     const Hit hit = world_.accel().intersect(ray);
     const auto lightWeight = [&](uint32_t light, float pdf) {
-      if (s.delta) return 1.0f;
-      const auto at = static_cast<size_t>(std::find(list.sampled.begin(), list.sampled.end(), light) -
-                                          list.sampled.begin());
-      if (at >= list.sampled.size()) return 1.0f;
-      return misWeight(s.pdf, (list.cumulative[at] - (at ? list.cumulative[at - 1] : 0)) * pdf);
+      return s.delta ? 1 : list.weightOfMet(light, s.pdf, pdf);
     };
     if (!hit.valid()) {
       for (const uint32_t light : lights.infinite()) {

@@ -43,6 +43,7 @@ struct RadiosityEngine::Workspace {
   std::vector<Rgb> fillRadiance;
   std::vector<uint64_t> fillCodes;
   std::vector<uint32_t> vertexOf, order;
+  std::vector<BlockVertex> blocks;
   // specularTail
   ShadedPoints specular;
 };

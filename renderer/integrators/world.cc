@@ -5,6 +5,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "renderer/base/sampling.h"
 #include "renderer/base/statistics.h"
 #include "renderer/scene/search_path.h"
 
@@ -19,6 +20,22 @@ constexpr int kMostLayers = 4096;  // surfaces that a shadow ray passes before i
 bool LightList::sees(uint32_t light) const {
   return std::binary_search(area.begin(), area.end(), light) ||
          std::binary_search(infinite.begin(), infinite.end(), light);
+}
+
+LightList::Pick LightList::pick(float u) const {
+  const auto found = std::upper_bound(cumulative.begin(), cumulative.end() - 1, u);
+  const float before = found == cumulative.begin() ? 0 : *std::prev(found);
+  return {sampled[static_cast<size_t>(found - cumulative.begin())], *found - before};
+}
+
+float LightList::chanceOf(uint32_t light) const {
+  const auto at = static_cast<size_t>(std::find(sampled.begin(), sampled.end(), light) - sampled.begin());
+  return at == sampled.size() ? 0 : cumulative[at] - (at ? cumulative[at - 1] : 0);
+}
+
+float LightList::weightOfMet(uint32_t light, float bsdfPdf, float lightPdf) const {
+  const float chance = chanceOf(light);
+  return chance > 0 ? misWeight(bsdfPdf, chance * lightPdf) : 1;
 }
 
 World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& errors)

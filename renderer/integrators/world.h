@@ -27,6 +27,17 @@ struct LightList {
   bool smooth = false;             ///< some infinite light is left to the surface's own samples
 
   bool sees(uint32_t light) const;  ///< whether an area or infinite light is on the list
+
+  struct Pick {
+    uint32_t light;
+    float chance;
+  };
+  /// One of `sampled`, which must not be empty, for u in [0, 1).
+  Pick pick(float u) const;
+  float chanceOf(uint32_t light) const;  ///< that pick() gives it: 0 for lights that are not sampled
+  /// What a BSDF's sample that met a light counts beside the light's own samples: the MIS weight, or 1 when
+  /// the light is not sampled. Densities over solid angle; `lightPdf` is that of the light once it is picked.
+  float weightOfMet(uint32_t light, float bsdfPdf, float lightPdf) const;
 };
 
 class World {
@@ -48,6 +59,8 @@ class World {
   }
   /// The lights that illuminate a placement.
   const LightList& lightsOf(uint32_t placement) const { return lightLists_[lightListOf_[placement]]; }
+
+  bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
 
   /// Share of light that passes from a facet to `target` (or without end along `direction`, when `distance`
   /// is infinite): 0 or 1 among opaque surfaces. `light` says whether shadows are cast at all.

@@ -60,18 +60,40 @@ TEST(PatchCache, FindsWhatWasStoredAndNothingElse) {
 TEST(PatchCache, StoresInPartsWithoutLosingEarlierOnes) {
   PatchCache cache(1 << 22);
   const CacheKey key{3, false, 0};
-  std::vector<uint64_t> first(289, PackedRgb::kMissing), second = first;
+  std::vector<uint64_t> first(kMaxBlockVertices, PackedRgb::kMissing), second = first;
   first[5] = codeOf(key, 5);
-  second[200] = codeOf(key, 200);
+  second[20] = codeOf(key, 20);
   cache.store(key, Level::Fine, first);
   cache.store(key, Level::Fine, second);
-  const std::vector<uint32_t> which{5, 200, 6};
+  const std::vector<uint32_t> which{5, 20, 6};
   uint64_t codes[3];
   ASSERT_TRUE(cache.find(key, Level::Fine, which, codes));
   EXPECT_EQ(codes[0], codeOf(key, 5));
-  EXPECT_EQ(codes[1], codeOf(key, 200));
+  EXPECT_EQ(codes[1], codeOf(key, 20));
   EXPECT_EQ(codes[2], PackedRgb::kMissing);
   EXPECT_EQ(cache.use(Level::Fine, 0).entries, 1u);
+}
+
+TEST(PatchCache, BlocksOfTheFineLevelAndTheMediumLevelAreKeptApart) {
+  PatchCache cache(1 << 22);
+  CacheKey key{12, true, 1};
+  for (uint8_t block = 0; block < 16; ++block) {
+    key.block = block;
+    cache.store(key, Level::Fine, std::vector<uint64_t>(kMaxBlockVertices, 1000u + block));
+  }
+  cache.store(key, Level::Medium, std::vector<uint64_t>(kMaxBlockVertices, 7));
+  const uint32_t vertex = 24;
+  uint64_t code;
+  for (uint8_t block = 0; block < 16; ++block) {
+    key.block = block;
+    ASSERT_TRUE(cache.find(key, Level::Fine, {&vertex, 1}, &code));
+    EXPECT_EQ(code, 1000u + block);
+  }
+  key.block = 0;
+  ASSERT_TRUE(cache.find(key, Level::Medium, {&vertex, 1}, &code));
+  EXPECT_EQ(code, 7u);
+  EXPECT_EQ(cache.use(Level::Fine, 1).entries, 16u);
+  EXPECT_EQ(cache.use(Level::Medium, 1).entries, 1u);
 }
 
 TEST(PatchCache, NeverExceedsItsBudgetAndEvicts) {

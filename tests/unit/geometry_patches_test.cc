@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 #include <set>
 
@@ -73,6 +74,34 @@ TEST(Patch, WeightsReproducePositionsAtEveryLevel) {
           ASSERT_NEAR(sum.x, p.x, 1e-6f);
           ASSERT_NEAR(sum.y, p.y, 1e-6f);
         }
+    }
+}
+
+TEST(Patch, ABlockHoldsTheVerticesOfItsCells) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (const FaceShape shape : {FaceShape::Quad, FaceShape::Triangle})
+    for (const auto& [nu, nv] : {std::pair{1, 1}, {2, 16}, {8, 8}, {16, 16}, {16, 2}}) {
+      if (shape == FaceShape::Triangle && nu != nv) continue;
+      const Patch patch = makePatch(shape, nu, nv);
+      std::map<std::pair<int, uint32_t>, uint32_t> vertexAt;  // by block and place
+      const auto agrees = [&](int block, uint32_t place, uint32_t vertex) {
+        EXPECT_LT(block, 16);
+        EXPECT_LT(place, static_cast<uint32_t>(kMaxBlockVertices));
+        return vertexAt.emplace(std::pair{block, place}, vertex).first->second == vertex;
+      };
+      for (uint32_t vertex = 0; vertex < patch.vertexCount(Level::Fine); ++vertex) {
+        const BlockVertex at = patch.blockOf(vertex);
+        ASSERT_TRUE(agrees(at.block, at.index, vertex));
+      }
+      for (int k = 0; k < 2000; ++k) {
+        V2f p(uniform(random), uniform(random));
+        if (shape == FaceShape::Triangle && p.x + p.y > 1) p = V2f(1 - p.x, 1 - p.y);
+        const VertexWeights around = patch.locate(Level::Fine, p.x, p.y);
+        uint32_t places[4];
+        const int block = patch.blockOf(around, places);
+        for (int i = 0; i < around.count; ++i) ASSERT_TRUE(agrees(block, places[i], around.index[i]));
+      }
     }
 }
 
