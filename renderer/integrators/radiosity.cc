@@ -271,7 +271,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   constexpr size_t kBatch = 512;
   for (size_t first = 0; first < wave.requests.size(); first += kBatch) {
     const size_t count = std::min(kBatch, wave.requests.size() - first);
-    engine_.shade(std::span(wave.requests).subspan(first, count), 0, false,
+    engine_.shade(std::span(wave.requests).subspan(first, count), 0, Purpose::Vertex,
                   std::span(wave.values).subspan(first, count));
   }
   for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];

@@ -14,26 +14,32 @@ STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/points shaded at hits", hitPoints);
 STAT_COUNTER("Radiosity/gather rays", gatherRays);
 
-// Purposes of random numbers at a point.
-enum Purpose : uint64_t {
-  kGatherPurpose = 1,
-  kBackGatherPurpose,
-  kRoulettePurpose,
-  kChildPurpose,
-  kLightPurpose = 16
+// Random numbers at a point.
+enum Stream : uint64_t {
+  kGatherStream = 1,
+  kBackGatherStream,
+  kRouletteStream,
+  kChildStream,
+  kLightStream = 16
 };
 
+constexpr int kFineShare = 4;
 constexpr int kRouletteDepth = RadiosityEngine::kCachedDepths;
 
 }  // namespace
 
-int RayBudget::diffuse(int depth) const {
+int RayBudget::diffuse(int depth, Purpose purpose) const {
+  if (purpose == Purpose::Ray) return 1;
   if (depth == 0) return diffuse0;
-  return std::max(depth == 1 ? 4 : 2, diffuse0 >> (depth == 1 ? 3 : depth == 2 ? 4 : 5));
+  const int whole = std::max(depth == 1 ? 4 : 2, diffuse0 >> (depth == 1 ? 3 : depth == 2 ? 4 : 5));
+  return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);
 }
 
-int RayBudget::light(int depth) const {
-  return depth == 0 ? light0 : std::max(1, light0 >> (depth == 1 ? 2 : 3));
+int RayBudget::light(int depth, Purpose purpose) const {
+  if (purpose == Purpose::Ray) return 1;
+  if (depth == 0) return light0;
+  const int whole = std::max(1, light0 >> (depth == 1 ? 2 : 3));
+  return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);
 }
 
 RadiosityEngine::RadiosityEngine(const World& world, const Settings& settings)
@@ -48,13 +54,13 @@ RadiosityEngine::Workspace& RadiosityEngine::workspace(int nesting) const {
   return *workspaces[static_cast<size_t>(nesting)];
 }
 
-void RadiosityEngine::shade(std::span<const Request> requests, int depth, bool single,
+void RadiosityEngine::shade(std::span<const Request> requests, int depth, Purpose purpose,
                             std::span<Rgb> out) const {
   hitPoints += static_cast<int64_t>(requests.size());
-  shadeNested(requests, depth, single, out, 0);
+  shadeNested(requests, depth, purpose, out, 0);
 }
 
-void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, bool single,
+void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, Purpose purpose,
                                   std::span<Rgb> out, int nesting) const {
   Workspace& w = workspace(nesting);
   w.points.clear();
@@ -64,8 +70,8 @@ void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, 
   w.back.assign(requests.size(), Rgb(0, 0, 0));
   w.extra.assign(requests.size(), Rgb(0, 0, 0));
   world_.addAmbient(w.points, w.shaded.terms, w.extra);
-  addDirect(requests, depth, single, w);
-  addIndirect(requests, depth, single, w, nesting);
+  addDirect(requests, depth, purpose, w);
+  addIndirect(requests, depth, purpose, w, nesting);
   for (size_t i = 0; i < requests.size(); ++i) {
     const SurfaceTerms& terms = w.shaded.terms[i];
     out[i] = terms.emission + w.extra[i] +
@@ -73,7 +79,7 @@ void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, 
   }
 }
 
-void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, bool single,
+void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Purpose purpose,
                                 Workspace& w) const {
   const Lights& lights = world_.lights();
   for (uint32_t light = 0; light < lights.count(); ++light) {
@@ -85,12 +91,12 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, bo
       if (std::binary_search(sampled.begin(), sampled.end(), light)) w.which.push_back(i);
     }
     if (w.which.empty()) continue;
-    const int count = lights.isDelta(light) ? 1 : single ? 1 : settings_.rays.light(depth);
+    const int count = lights.isDelta(light) ? 1 : settings_.rays.light(depth, purpose);
     w.positions.clear(), w.random.clear();
     for (const uint32_t i : w.which)
       for (int k = 0; k < count; ++k) {
         w.positions.push_back(w.points[i].P);
-        w.random.push_back(sobol2(static_cast<uint32_t>(k), hashOf(requests[i].seed, kLightPurpose, light)));
+        w.random.push_back(sobol2(static_cast<uint32_t>(k), hashOf(requests[i].seed, kLightStream, light)));
       }
     w.lightSamples.resize(w.positions.size());
     lights.sample(light, w.positions, w.random, w.lightSamples);
@@ -112,7 +118,7 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, bo
   }
 }
 
-void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, bool single, Workspace& w,
+void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
                                   int nesting) const {
   if (world_.settings().classic) return;
   const Lights& lights = world_.lights();
@@ -125,18 +131,17 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
     const bool bounce = settings_.indirect && depth < world_.attributesOf(point.placement).maxDiffuseDepth;
     if (!bounce && !list.smooth) continue;
     float roulette = 1;
-    if (bounce && single && depth > kRouletteDepth) {
+    if (bounce && purpose == Purpose::Ray && depth > kRouletteDepth) {
       const float survive = std::clamp(
           std::max(maxComponent(terms.reflectance), maxComponent(terms.transmittance)), 0.05f, 0.95f);
-      if (toUnit(static_cast<uint32_t>(hashOf(requests[i].seed, kRoulettePurpose) >> 32)) >= survive)
-        continue;
+      if (toUnit(static_cast<uint32_t>(hashOf(requests[i].seed, kRouletteStream) >> 32)) >= survive) continue;
       roulette = 1 / survive;
     }
-    const int count = single ? 1 : settings_.rays.diffuse(depth);
+    const int count = settings_.rays.diffuse(depth, purpose);
     for (const bool behind : {false, true}) {
       if (isBlack(behind ? terms.transmittance : terms.reflectance)) continue;
       const Frame frame(behind ? -point.N : point.N);
-      const uint64_t seed = hashOf(requests[i].seed, behind ? kBackGatherPurpose : kGatherPurpose);
+      const uint64_t seed = hashOf(requests[i].seed, behind ? kBackGatherStream : kGatherStream);
       // E = integral of L cos over the hemisphere; with density cos/pi a ray's weight is pi / count.
       const float weight = kPi * roulette / static_cast<float>(count);
       const uint32_t slot = 2 * i + (behind ? 1u : 0u);
@@ -146,9 +151,10 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
         const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
         const V3f direction = frame.toWorld(local);
         if ((direction.dot(point.Ng) > 0) == behind) continue;  // below the horizon of the facet
-        const float solidAngle = kPi / (static_cast<float>(single ? 4 : count) * std::max(local.z, 0.05f));
+        const float solidAngle =
+            kPi / (static_cast<float>(purpose == Purpose::Ray ? 4 : count) * std::max(local.z, 0.05f));
         follow(GatherRay{origin, direction, std::sqrt(solidAngle), weight, slot,
-                         hashOf(seed, kChildPurpose, static_cast<uint32_t>(k))},
+                         hashOf(seed, kChildStream, static_cast<uint32_t>(k))},
                bounce, depth, w, nesting);
       }
     }
@@ -167,7 +173,7 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
   if (w.direct.empty()) return;
   hitPoints += static_cast<int64_t>(w.direct.size());
   w.directRadiance.resize(w.direct.size());
-  shadeNested(w.direct, depth + 1, true, w.directRadiance, nesting + 1);
+  shadeNested(w.direct, depth + 1, Purpose::Ray, w.directRadiance, nesting + 1);
   for (size_t k = 0; k < w.direct.size(); ++k)
     irradiance(w.directOf[k]) += w.directRadiance[k] * w.directWeight[k];
 }
@@ -283,7 +289,8 @@ void RadiosityEngine::fill(uint32_t index, bool front, Level level, int depth, i
   }
   w.fillRadiance.resize(w.fillRequests.size());
   vertexPoints += static_cast<int64_t>(w.fillRequests.size());
-  if (!w.fillRequests.empty()) shadeNested(w.fillRequests, depth, false, w.fillRadiance, nesting + 1);
+  if (!w.fillRequests.empty())
+    shadeNested(w.fillRequests, depth, Purpose::Vertex, w.fillRadiance, nesting + 1);
   for (uint32_t k = 0, made = 0; k < count; ++k)
     if (codes[k] != PackedRgb::kMissing) codes[k] = PackedRgb::pack(w.fillRadiance[made++]);
 }
@@ -314,7 +321,7 @@ void RadiosityEngine::fineVertices(uint32_t index, bool front, const VertexWeigh
   ++statistics.misses;
   vertexPoints += static_cast<int64_t>(made);
   w.fillRadiance.resize(made);
-  shadeNested(w.fillRequests, depth, false, w.fillRadiance, nesting + 1);
+  shadeNested(w.fillRequests, depth, Purpose::FineVertex, w.fillRadiance, nesting + 1);
   std::array<uint64_t, kMaxBlockVertices> kept;
   kept.fill(PackedRgb::kMissing);
   for (size_t k = 0; k < made; ++k)
@@ -397,7 +404,7 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
   constexpr size_t kBatch = 512;
   for (size_t first = 0; first < w.fillRequests.size(); first += kBatch) {
     const size_t n = std::min(kBatch, w.fillRequests.size() - first);
-    shadeNested(std::span(w.fillRequests).subspan(first, n), 0, false,
+    shadeNested(std::span(w.fillRequests).subspan(first, n), 0, Purpose::Vertex,
                 std::span(w.fillRadiance).subspan(first, n), 1);
   }
   // A value is what its code says, whether it was found or made.

@@ -15,12 +15,19 @@
 
 namespace patina {
 
+/// What a point is shaded for, which says how much it may cost.
+enum class Purpose : uint8_t {
+  Vertex,      ///< of the camera's micropolygons (depth 0), or of the coarse and medium level of the cache
+  FineVertex,  ///< of the cache's fine level: its neighbours are so near that they share the work
+  Ray          ///< a part of a larger estimate: one ray of each kind
+};
+
 /// How many rays a shading point gets by its diffuse depth.
 struct RayBudget {
   int diffuse0 = 128;  ///< gather rays at depth 0
   int light0 = 16;     ///< rays to an area or sky light at depth 0
-  int diffuse(int depth) const;
-  int light(int depth) const;
+  int diffuse(int depth, Purpose purpose) const;
+  int light(int depth, Purpose purpose) const;
 };
 
 class RadiosityEngine {
@@ -43,9 +50,9 @@ class RadiosityEngine {
     uint64_t seed;
   };
 
-  /// Radiance B that leaves each point, at diffuse depth `depth`, sampled anew. `single`: one ray of each
-  /// kind per point (the points are part of a larger estimate). [any thread]
-  void shade(std::span<const Request> requests, int depth, bool single, std::span<Rgb> out) const;
+  /// Radiance B that leaves each point, at diffuse depth `depth`, sampled anew.
+  /// [any thread]
+  void shade(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out) const;
 
   /// A vertex of the fine level of a patch, as seen at diffuse depth 0.
   struct Vertex {
@@ -71,8 +78,8 @@ class RadiosityEngine {
   struct GatherRay;
   Workspace& workspace(int nesting) const;
   Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth) const;
-  void addDirect(std::span<const Request> requests, int depth, bool single, Workspace& w) const;
-  void addIndirect(std::span<const Request> requests, int depth, bool single, Workspace& w,
+  void addDirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w) const;
+  void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
                    int nesting) const;
   void follow(GatherRay ray, bool bounce, int depth, Workspace& w, int nesting) const;
   bool cachedRadiance(const Hit& hit, float footprint, int depth, int nesting, Rgb& out) const;
@@ -83,7 +90,7 @@ class RadiosityEngine {
   /// rays need them, and a miss must not cost a whole patch.
   void fineVertices(uint32_t patch, bool front, const VertexWeights& around, int depth, int nesting,
                     uint64_t codes[4]) const;
-  void shadeNested(std::span<const Request> requests, int depth, bool single, std::span<Rgb> out,
+  void shadeNested(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
                    int nesting) const;
   Rgb specularTail(const ShadingPoint& point, uint64_t seed, int depth, float footprint, int nesting) const;
 

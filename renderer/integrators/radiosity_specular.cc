@@ -10,12 +10,12 @@ namespace {
 
 STAT_COUNTER("Radiosity/specular continuations", continuations);
 
-enum Purpose : uint64_t {
-  kLobePurpose = 32,
-  kDirectionPurpose,
-  kLightChoicePurpose,
-  kLightPointPurpose,
-  kNextPurpose
+enum Stream : uint64_t {
+  kLobeStream = 32,
+  kDirectionStream,
+  kLightChoiceStream,
+  kLightPointStream,
+  kNextStream
 };
 
 }  // namespace
@@ -41,10 +41,10 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
     const Lights& lights = world_.lights();
     if (!list.sampled.empty() && bsdf.scattersSmoothly(false)) {
       const float u = toUnit(
-          static_cast<uint32_t>(hashOf(seed, kLightChoicePurpose, static_cast<uint32_t>(bounce)) >> 32));
+          static_cast<uint32_t>(hashOf(seed, kLightChoiceStream, static_cast<uint32_t>(bounce)) >> 32));
       const LightList::Pick pick = list.pick(u);
       LightSample s;
-      const V2f random = sobol2(0, hashOf(seed, kLightPointPurpose, static_cast<uint32_t>(bounce)));
+      const V2f random = sobol2(0, hashOf(seed, kLightPointStream, static_cast<uint32_t>(bounce)));
       lights.sample(pick.light, {&point.P, 1}, {&random, 1}, {&s, 1});
       if (s.pdf > 0) {
         const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
@@ -57,9 +57,9 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
     }
     if (bounce >= most) return radiance;
     const float choice =
-        toUnit(static_cast<uint32_t>(hashOf(seed, kLobePurpose, static_cast<uint32_t>(bounce)) >> 32));
-    const BsdfSample s = bsdf.sampleSpecular(
-        choice, sobol2(0, hashOf(seed, kDirectionPurpose, static_cast<uint32_t>(bounce))));
+        toUnit(static_cast<uint32_t>(hashOf(seed, kLobeStream, static_cast<uint32_t>(bounce)) >> 32));
+    const BsdfSample s =
+        bsdf.sampleSpecular(choice, sobol2(0, hashOf(seed, kDirectionStream, static_cast<uint32_t>(bounce))));
     if (!(s.pdf > 0) || isBlack(s.weight)) return radiance;
     throughput *= s.weight;
     const Ray ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay};
@@ -90,8 +90,8 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
     if (world_.shading().shaderOf(hit.placement).active(PATINA_ENTRY_RADIOSITY)) {
       Rgb b;
       if (!cachedRadiance(hit, footprint, depth, nesting, b)) {
-        const Request request{next, hashOf(seed, kNextPurpose, static_cast<uint32_t>(bounce))};
-        shadeNested({&request, 1}, depth, true, {&b, 1}, nesting + 1);
+        const Request request{next, hashOf(seed, kNextStream, static_cast<uint32_t>(bounce))};
+        shadeNested({&request, 1}, depth, Purpose::Ray, {&b, 1}, nesting + 1);
       }
       radiance += throughput * b;
     }
