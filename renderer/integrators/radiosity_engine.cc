@@ -23,7 +23,7 @@ enum Stream : uint64_t {
   kLightStream = 16
 };
 
-constexpr int kFineShare = 4;
+constexpr int kFineShare = 8;
 constexpr int kRouletteDepth = RadiosityEngine::kCachedDepths;
 
 }  // namespace
@@ -138,6 +138,7 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
       roulette = 1 / survive;
     }
     const int count = settings_.rays.diffuse(depth, purpose);
+    const int spread = purpose == Purpose::Ray ? 4 : settings_.rays.diffuse(depth, Purpose::Vertex);
     for (const bool behind : {false, true}) {
       if (isBlack(behind ? terms.transmittance : terms.reflectance)) continue;
       const Frame frame(behind ? -point.N : point.N);
@@ -151,8 +152,7 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
         const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
         const V3f direction = frame.toWorld(local);
         if ((direction.dot(point.Ng) > 0) == behind) continue;  // below the horizon of the facet
-        const float solidAngle =
-            kPi / (static_cast<float>(purpose == Purpose::Ray ? 4 : count) * std::max(local.z, 0.05f));
+        const float solidAngle = kPi / (static_cast<float>(spread) * std::max(local.z, 0.05f));
         follow(GatherRay{origin, direction, std::sqrt(solidAngle), weight, slot,
                          hashOf(seed, kChildStream, static_cast<uint32_t>(k))},
                bounce, depth, w, nesting);
