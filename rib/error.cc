@@ -114,6 +114,31 @@ std::string_view name(Severity severity) {
   return "error";
 }
 
+namespace {
+
+/// The part of a line around a column (from 1), and a caret under it. Empty for what is no text.
+std::string excerpt(std::string_view line, uint32_t column) {
+  constexpr size_t kBefore = 60, kWidth = 100;
+  const size_t at = column > 0 ? column - 1 : 0;
+  if (at > line.size()) return {};
+  const size_t first = at > kBefore && line.size() > kWidth ? at - kBefore : 0;
+  const std::string_view shown = line.substr(first, kWidth);
+  std::string text = "\n  ", caret = "\n  ";
+  size_t odd = 0;
+  for (size_t k = 0; k < shown.size(); ++k) {
+    const auto byte = static_cast<unsigned char>(shown[k]);
+    const bool printable = byte >= ' ' && byte != 0177;
+    odd += !printable && byte != '\t';
+    text += byte == '\t' ? ' ' : printable ? shown[k] : '?';
+    // Bytes that continue a character of UTF-8 take no room.
+    if (first + k < at && (byte & 0300) != 0200) caret += ' ';
+  }
+  if (odd * 8 > shown.size()) return {};
+  return text + caret + '^';
+}
+
+}  // namespace
+
 ErrorHandler::ErrorHandler() : ErrorHandler(Sink{}) {}
 
 ErrorHandler::ErrorHandler(Sink sink) : ErrorHandler(std::move(sink), Limits{}) {}
@@ -168,8 +193,33 @@ void ErrorHandler::add(Severity severity, RiError code, const Location& at, std:
 
 void ErrorHandler::print(Severity severity, RiError code, const Location& at, std::string_view message) {
   const std::string place = toString(at);
-  sink_(severity,
-        fmt::format("{}: {}: {}: {}", place.empty() ? "patina" : place, name(severity), name(code), message));
+  std::string text =
+      fmt::format("{}: {}: {}: {}", place.empty() ? "patina" : place, name(severity), name(code), message);
+  if (showLines_ && at.line > 0) {
+    for (size_t k = texts_.size(); k-- > 0;) {
+      if (texts_[k].second != std::this_thread::get_id()) continue;
+      if (const auto line = texts_[k].first->line(at)) {
+        text += excerpt(*line, at.column);
+        break;
+      }
+    }
+  }
+  sink_(severity, text);
+}
+
+void ErrorHandler::setShowLines(bool on) {
+  std::lock_guard lock(mutex_);
+  showLines_ = on;
+}
+
+void ErrorHandler::offer(const SourceText& text) {
+  std::lock_guard lock(mutex_);
+  texts_.emplace_back(&text, std::this_thread::get_id());
+}
+
+void ErrorHandler::withdraw(const SourceText& text) {
+  std::lock_guard lock(mutex_);
+  std::erase_if(texts_, [&](const auto& offered) { return offered.first == &text; });
 }
 
 void ErrorHandler::summarize() {

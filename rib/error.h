@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <unordered_map>
 #include <vector>
 
@@ -76,6 +78,14 @@ std::string_view name(Severity severity);  // "info", "warning", "error", "sever
 
 enum class ErrorStyle : uint8_t { Ignore, Print, Abort };
 
+// Text that the locations of a file point into: what is being parsed. Asked from the thread that reports.
+class SourceText {
+ public:
+  virtual ~SourceText() = default;
+  // The line of `at` without its end; nullopt if it is not in this text.
+  virtual std::optional<std::string_view> line(const Location& at) const = 0;
+};
+
 // Prints and counts user errors. Every method may be called from any thread. A message is printed as
 //   file:line:column: error: badargument: text
 // Messages with the same code and key are printed `repeatLimit` times and then only counted; summarize() says
@@ -111,6 +121,12 @@ class ErrorHandler {
   // RI ErrorHandler "ignore" | "print" | "abort". Ignore still counts. Abort: aborted() from the first error
   // on.
   void setStyle(ErrorStyle style);
+  // Whether messages show the line of the file that they are about, as far as its text is on offer, with a
+  // caret under the place: as further lines of the message. Off by default.
+  void setShowLines(bool on);
+  // A text stays on offer until it is withdrawn, in the reverse order, by the thread that offered it.
+  void offer(const SourceText& text);
+  void withdraw(const SourceText& text);
   // Nothing below `severity` is printed (it is still counted). Default: Warning, so that Info is silent.
   void setQuiet(Severity lowestPrinted);
 
@@ -144,6 +160,8 @@ class ErrorHandler {
   std::atomic<bool> aborted_ = false;
   std::unordered_map<std::string, size_t> index_;  // code + key -> entries_
   std::vector<Entry> entries_;                     // in the order of first appearance
+  bool showLines_ = false;
+  std::vector<std::pair<const SourceText*, std::thread::id>> texts_;
 };
 
 }  // namespace patina

@@ -13,9 +13,34 @@ namespace patina {
 
 ParseSession::ParseSession(RibParser& parser, ValuePool& pool, std::string_view text, const Location& start,
                            std::shared_ptr<EncodingTables> tables)
-    : parser_(parser), pool_(pool), text_(text), lines_(text.data(), start), tables_(std::move(tables)) {}
+    : parser_(parser),
+      pool_(pool),
+      text_(text),
+      start_(start),
+      lines_(text.data(), start),
+      tables_(std::move(tables)) {}
+
+std::optional<std::string_view> ParseSession::line(const Location& at) const {
+  if (at.file != start_.file || at.line < start_.line) return std::nullopt;
+  std::string_view rest = text_;
+  for (uint32_t number = start_.line;; ++number) {
+    const size_t end = std::min(rest.find('\n'), rest.size());
+    // The text of an inline archive begins within its first line.
+    if (number == at.line && number == start_.line && start_.column > 1) return std::nullopt;
+    if (number == at.line) return rest.substr(0, end - (end > 0 && rest[end - 1] == '\r' ? 1 : 0));
+    if (end == rest.size()) return std::nullopt;
+    rest.remove_prefix(end + 1);
+  }
+}
 
 bool ParseSession::run() {
+  struct Offer {
+    ErrorHandler& errors;
+    const SourceText& text;
+    ~Offer() { errors.withdraw(text); }
+  };
+  errors().offer(*this);
+  const Offer offer{errors(), *this};
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   std::string_view rest = text_;
   if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
@@ -210,8 +235,13 @@ void ParseSession::setBranch(Branch branch) {
 }
 
 void ParseSession::ifBegin(std::string_view test, const ParamList& params, bool valid) {
+  // Without a condition nobody knows which branch is meant: all are skipped, and the handler hears of none.
+  if (!valid) {
+    conditions_.push_back({at_, false, false, false, true});
+    return;
+  }
   // Asked before it is pushed: the handler may parse on in another session, but its answer belongs here.
-  const Branch branch = valid ? handler().ifBegin(test, params, at_) : Branch::Skip;
+  const Branch branch = handler().ifBegin(test, params, at_);
   conditions_.push_back({at_});
   setBranch(branch);
 }
@@ -219,8 +249,10 @@ void ParseSession::ifBegin(std::string_view test, const ParamList& params, bool 
 void ParseSession::elseIf(std::string_view test, const ParamList& params, bool valid) {
   if (!insideIf()) return;
   Condition& condition = conditions_.back();
-  if (condition.dead || condition.all) {
-    if (condition.all) handler().elseIf(test, params, at_);
+  if (condition.dead) return;
+  if (condition.all) {
+    condition.deliver = valid;
+    if (valid) handler().elseIf(test, params, at_);
   } else if (condition.taken) {
     condition.deliver = false;
   } else {
@@ -231,8 +263,10 @@ void ParseSession::elseIf(std::string_view test, const ParamList& params, bool v
 void ParseSession::otherwise() {
   if (!insideIf()) return;
   Condition& condition = conditions_.back();
-  if (condition.dead || condition.all) {
-    if (condition.all) handler().else_(at_);
+  if (condition.dead) return;
+  if (condition.all) {
+    condition.deliver = true;
+    handler().else_(at_);
   } else if (condition.taken) {
     condition.deliver = false;
   } else {

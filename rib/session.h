@@ -25,7 +25,7 @@ struct EncodingTables {
 // The grammar calls the terminals and the actions; a terminal returns the position behind its token, or null
 // when no such token is at `p` (then nothing has changed). Terminals are called with p < end, blank() also
 // with p == end.
-class ParseSession {
+class ParseSession : private SourceText {
  public:
   ParseSession(RibParser& parser, ValuePool& pool, std::string_view text, const Location& start,
                std::shared_ptr<EncodingTables> tables);
@@ -80,9 +80,10 @@ class ParseSession {
     bool deliver = false;  // the branch under way is delivered
     bool taken = false;    // some branch was, so that no other is asked
     bool all = false;      // every branch is delivered
-    bool dead = false;     // the whole IfBegin is inside something skipped
+    bool dead = false;     // the whole IfBegin is skipped: inside something skipped, or refused itself
   };
 
+  std::optional<std::string_view> line(const Location& at) const override;
   bool delivering() const { return conditions_.empty() || conditions_.back().deliver; }
   bool quiet() const { return recordDepth_ > 0 || !delivering(); }
   void fatal(RiError code, const char* p, std::string_view message, std::string_view key = {});
@@ -106,6 +107,7 @@ class ParseSession {
   RibParser& parser_;
   ValuePool& pool_;
   std::string_view text_;
+  Location start_;
   LineMap lines_;
   std::shared_ptr<EncodingTables> tables_;  // shared with archives recorded here; copied before it changes
   std::vector<std::shared_ptr<const std::string>> retired_;  // redefined strings that this request may view

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "rib/binary_codes.h"
 #include "rib/number.h"
 #include "rib/session.h"
 
@@ -13,11 +14,7 @@ namespace {
 
 using number_detail::isDelimiter;
 using number_detail::isDigit;
-
-// First bytes of the binary tokens.
-constexpr unsigned kInteger = 0200, kFloat32 = 0244, kFloat64 = 0245, kShortString = 0220, kString = 0240;
-constexpr unsigned kRequest = 0246, kFloatArray = 0310, kDefineRequest = 0314, kDefineString = 0315;
-constexpr unsigned kDefinedString = 0317, kEndOfBlock = 0377;
+using namespace binary_code;
 
 unsigned byte(const char* p) { return static_cast<unsigned char>(*p); }
 bool isLetter(char c) { return static_cast<unsigned char>((c | 0x20) - 'a') < 26 || c == '_'; }

@@ -7,7 +7,7 @@
 
 #include "renderer/base/sampling.h"
 #include "renderer/base/statistics.h"
-#include "renderer/scene/search_path.h"
+#include "rib/search_path.h"
 
 namespace patina {
 namespace {

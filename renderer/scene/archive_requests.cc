@@ -1,79 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Archives, procedurals that are archives, and conditional RIB.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "renderer/scene/condition.h"
+#include "renderer/scene/run_program.h"
 #include "renderer/scene/scene_builder.h"
-#include "renderer/scene/search_path.h"
+#include "rib/search_path.h"
 
 namespace patina {
 
 // ---- Archives ---------------------------------------------------------------------------------------------
 
-std::vector<std::string> SceneBuilder::archiveFolders(const Location& at) const {
-  // Last of all the places that every file may mean: beside the file that asks, beside the first one, and
-  // here.
-  const auto folderOf = [](const std::string& file) {
-    const std::string folder = std::filesystem::path(file).parent_path().string();
-    return folder.empty() ? std::string(".") : folder;
-  };
-  std::vector<std::string> standard;
-  if (at.file) standard.push_back(folderOf(*at.file));
-  if (!archiveChain_.empty()) standard.push_back(folderOf(archiveChain_.front().path));
-  standard.emplace_back(".");
-
+bool SceneBuilder::readArchiveFile(std::string_view name, const Location& at) {
   std::string path = settings_.archivePath;
   for (const std::string_view kind : {"archive", "resource"}) {
     const auto option = options_.searchPaths.find(std::string(kind));
     if (option != options_.searchPaths.end()) path.append(":").append(option->second);
   }
-  return searchFolders(path + ":@", standard);
-}
-
-bool SceneBuilder::readArchiveFile(std::string_view name, const Location& at) {
-  if (++archivesRead_ > settings_.archiveReads) {
-    error(RiError::LimitCheck, at, fmt::format("more than {} archives read", settings_.archiveReads),
-          "archive reads");
-    return false;
-  }
-  const auto recorded = inlineArchives_.find(name);
-  std::string path;
-  if (recorded != inlineArchives_.end()) {
-    path = fmt::format("ArchiveBegin \"{}\"", name);
-  } else {
-    std::vector<std::string> tried;
-    const auto found = findFile(name, archiveFolders(at), tried);
-    if (!found) {
-      error(RiError::NoFile, at,
-            fmt::format("archive \"{}\" is not found; tried: {}", name, fmt::join(tried, ", ")),
-            fmt::format("archive {}", name));
-      return false;
-    }
-    path = *found;
-  }
-
-  OpenArchive opened{path, canonicalPath(path)};
-  if (std::ranges::find(archiveChain_, opened.canonical, &OpenArchive::canonical) != archiveChain_.end()) {
-    std::string chain;
-    for (const OpenArchive& open : archiveChain_) chain += open.path + " -> ";
-    error(RiError::BadFile, at, fmt::format("archive \"{}\" would read itself: {}{}", name, chain, path),
-          fmt::format("archive loop {}", name));
-    return false;
-  }
-  archiveChain_.push_back(std::move(opened));
-  bool read = false;
-  if (recorded != inlineArchives_.end()) {
-    const InlineArchive archive = recorded->second;  // the archive may record another one of its name
-    read = parser_.parseArchive(archive);
-  } else {
-    read = parser_.parseFile(path);
-  }
-  archiveChain_.pop_back();
-  return read;
+  return archives_.read(name, path, at);
 }
 
 void SceneBuilder::readArchive(std::string_view name, const ParamList& params, const Location& at) {
@@ -87,21 +33,58 @@ bool SceneBuilder::archiveBegin(std::string_view, const ParamList& params, const
 }
 
 void SceneBuilder::archive(std::string_view name, InlineArchive archive, const Location&) {
-  inlineArchives_.insert_or_assign(std::string(name), std::move(archive));
+  archives_.define(name, std::move(archive));
 }
 
 void SceneBuilder::procedural(std::string_view kind, Strings args, const Bounds6&, const Location& at) {
-  if (kind != "DelayedReadArchive" || args.empty())
+  const bool program = kind == "RunProgram";
+  if ((kind != "DelayedReadArchive" && !program) || args.empty())
     return unhandled(fmt::format("Procedural \"{}\"", kind), at);
   if (laterMotionSample()) return;
+  if (program && !settings_.allowPrograms)
+    return countNotice(
+        "Procedural \"RunProgram\" is left out: programs are started with --allow-programs only", at);
   if (!open(BlockKind::Attribute, at)) return;
   const size_t depth = blocks_.depth();
-  readArchiveFile(args.front(), at);
+  if (program)
+    readProgram(args, at);
+  else
+    readArchiveFile(args.front(), at);
   // Blocks that the archive left open end with it; one that it closed too many is its own mistake.
   if (blocks_.depth() >= depth) {
     while (blocks_.depth() > depth) closeTop(at);
     close(BlockKind::Attribute, at);
   }
+}
+
+void SceneBuilder::readProgram(Strings args, const Location& at) {
+  if (++programsRun_ > settings_.programRuns)
+    return error(RiError::LimitCheck, at, fmt::format("more than {} programs run", settings_.programRuns),
+                 "programs");
+  // Words of the command between blanks; no shell has a hand in it.
+  std::vector<std::string> words;
+  std::string_view rest = args.front();
+  while (!rest.empty()) {
+    const size_t end = std::min(rest.find_first_of(" \t\n"), rest.size());
+    if (end > 0) words.emplace_back(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  if (words.empty()) return error(RiError::BadArgument, at, "Procedural \"RunProgram\" without a program");
+  const auto option = options_.searchPaths.find("procedural");
+  std::vector<std::string> tried;
+  if (const auto found = findFile(
+          words.front(),
+          searchFolders((option == options_.searchPaths.end() ? std::string() : option->second) + ":@",
+                        {archives_.mainFolder()}),
+          tried))
+    words.front() = found->find('/') == std::string::npos ? "./" + *found : *found;
+  // The detail that RI passes is the size on the screen; nobody knows it before dicing.
+  const std::string input = fmt::format("1e+08 {}\n", args.size() > 1 ? args[1] : std::string_view());
+  const ProgramOutput output = runProgram(words, input, settings_.program);
+  if (!output.problem.empty())
+    error(RiError::System, at, fmt::format("program \"{}\": {}", args.front(), output.problem),
+          fmt::format("program {}", args.front()));
+  parser_.parseMemory(output.text, fmt::format("output of {}", args.front()));
 }
 
 // ---- Conditions -------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "renderer/scene/scene_builder.h"
-#include "renderer/scene/search_path.h"
+#include "rib/search_path.h"
 
 namespace patina {
 namespace {

@@ -60,6 +60,12 @@ void SceneBuilder::torus(float majorRadius, float minorRadius, float phiMin, flo
 
 void SceneBuilder::geometry(std::string_view type, const ParamList& params, const Location& at) {
   for (const Param& param : params) param.used = true;
+  if (type == "rectlight" || type == "disklight" || type == "spherelight" || type == "cylinderlight") {
+    // The shape of an area light that is bound; lights of later dialects bring their own.
+    if (state_.attributes.areaLight != kNone) lightShape(type, at);
+    return;
+  }
+  if (type == "envsphere" || type == "envcube" || type == "domelight") return;  // the sky has no shape
   if (type != "teapot") return unhandled(fmt::format("Geometry \"{}\"", type), at);
   if (!mayDraw(at)) return;
   for (const TeapotPart& part : teapot()) {

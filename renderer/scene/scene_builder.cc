@@ -6,7 +6,6 @@
 
 #include "renderer/scene/camera.h"
 #include "renderer/scene/matrices.h"
-#include "renderer/scene/search_path.h"
 
 namespace patina {
 namespace {
@@ -33,7 +32,11 @@ struct SceneBuilder::FrameStart {
 };
 
 SceneBuilder::SceneBuilder(SceneBuilderSettings settings, ErrorHandler& errors, OnWorld onWorld)
-    : settings_(std::move(settings)), errors_(errors), onWorld_(std::move(onWorld)), parser_(*this, errors) {
+    : settings_(std::move(settings)),
+      errors_(errors),
+      onWorld_(std::move(onWorld)),
+      parser_(*this, errors),
+      archives_(parser_, errors, settings_.archiveReads) {
   camera_.perspective = false;
   const M44f bezier(-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0);
   state_.basisU = state_.basisV = {bezier, 3};
@@ -42,9 +45,7 @@ SceneBuilder::SceneBuilder(SceneBuilderSettings settings, ErrorHandler& errors, 
 SceneBuilder::~SceneBuilder() = default;
 
 bool SceneBuilder::readFile(const std::string& path) {
-  if (path != "-") archiveChain_.push_back({path, canonicalPath(path)});
-  const bool read = parser_.parseFile(path);
-  archiveChain_.clear();
+  const bool read = archives_.readMain(path);
   finish();
   return read;
 }
@@ -188,6 +189,7 @@ void SceneBuilder::closeTop(const Location&) {
     objectHandles_ = std::move(mark.objectHandles);
     shadersByHash_.clear();
     attributesByHash_.clear();
+    resources_.clear();
   };
   if (kind == BlockKind::World) {
     scene_.primitives.clear();
@@ -238,6 +240,7 @@ void SceneBuilder::worldBegin(const Location& at) {
       WorldStart{{scene_.shaders.size(), scene_.lights.size(), scene_.objects.size(),
                   scene_.attributes.size(), scene_.coordinateSystems, lightHandles_, objectHandles_},
                  scene_.shaders});
+  firstWorldState_ = savedStates_.size();
 
   // World space is what is current now; what was placed before, relative to the camera, gets its place in it.
   camera_.worldToCamera = state_.ctm;
@@ -287,7 +290,7 @@ void SceneBuilder::motionBegin(Floats times, const Location& at) {
       break;
     }
   }
-  unhandled("MotionBegin", at);
+  countNotice("MotionBegin: things stand where they are at the first of its times", at);
   motionSample_ = 0;
   open(BlockKind::Motion, at);
 }

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "renderer/scene/graphics_state.h"
+#include "renderer/scene/run_program.h"
 #include "renderer/scene/scene.h"
+#include "rib/archives.h"
 #include "rib/handler.h"
 #include "rib/parser.h"
 
@@ -26,6 +28,9 @@ struct SceneBuilderSettings {
       declarationOf;
   size_t blockDepth = 200000;       ///< open blocks beyond this are an error and have no effect
   size_t archiveReads = 1'000'000;  ///< archives read in all: they may read each other many times over
+  bool allowPrograms = false;       ///< Procedural "RunProgram" starts other people's code
+  size_t programRuns = 10'000;      ///< in all: their output may ask for more of them
+  ProgramLimits program{};          ///< of each run
 };
 
 /// Reads RIB and calls back at each WorldEnd. Options, and attributes set outside of worlds, hold on to the
@@ -125,6 +130,16 @@ class SceneBuilder final : public RibHandler {
   void surface(std::string_view name, const ParamList& params, const Location& at) override;
   void displacement(std::string_view name, const ParamList& params, const Location& at) override;
   void bxdf(std::string_view name, Handle handle, const ParamList& params, const Location& at) override;
+  void camera(std::string_view name, const ParamList& params, const Location& at) override;
+  void hierarchicalSubdivisionMesh(std::string_view scheme, Ints vertexCounts, Ints vertices,
+                                   const SubdivisionTags& tags, const ParamList& params,
+                                   const Location& at) override;
+  void makeBump(std::string_view picture, std::string_view texture, std::string_view sWrap,
+                std::string_view tWrap, std::string_view filter, float sWidth, float tWidth,
+                const ParamList& params, const Location& at) override;
+  void resource(Handle handle, std::string_view type, const ParamList& params, const Location& at) override;
+  void pattern(std::string_view name, Handle handle, const ParamList& params, const Location& at) override;
+  void light(std::string_view name, Handle handle, const ParamList& params, const Location& at) override;
 
   // Transformations (transform_requests.cc)
   void identity(const Location& at) override;
@@ -228,14 +243,20 @@ class SceneBuilder final : public RibHandler {
   void addPolygonMesh(PolygonMesh mesh, const ParamList& params, const Location& at);
   bool mayDraw(const Location& at);
 
+  // The modern dialect
+  Rgb modernLightColor(std::string_view name, const ParamList& params, const Location& at);
+  void modernAreaLight(std::string_view name, Handle handle, const ParamList& params, const Location& at);
+  void lightShape(std::string_view shape, const Location& at);
+
   // Archives
   bool readArchiveFile(std::string_view name, const Location& at);
-  std::vector<std::string> archiveFolders(const Location& at) const;
+  void readProgram(Strings args, const Location& at);
 
   SceneBuilderSettings settings_;
   ErrorHandler& errors_;
   OnWorld onWorld_;
   RibParser parser_;
+  Archives archives_;
 
   Scene scene_;      // grows while requests come; cut back to what preceded the world or frame when that ends
   Options options_;  // in force now; the scene gets a copy at WorldEnd
@@ -249,6 +270,7 @@ class SceneBuilder final : public RibHandler {
   std::vector<M44d> savedTransforms_;       // of Transform blocks
   std::vector<std::unique_ptr<FrameStart>> frames_;
   std::unique_ptr<WorldStart> world_;
+  size_t firstWorldState_ = 0;  // of savedStates_: those before were saved outside of the world
   size_t motionSample_ = 0;
   M44d objectBase_;  // where the open object was begun
 
@@ -261,13 +283,10 @@ class SceneBuilder final : public RibHandler {
   };
   std::vector<ScopedSystem> scopedSystems_;
 
-  std::map<std::string, InlineArchive, std::less<>> inlineArchives_;
-  struct OpenArchive {
-    std::string path, canonical;
-  };
-  std::vector<OpenArchive> archiveChain_;  // being read, outermost first
-  size_t archivesRead_ = 0;
-  std::map<std::string, std::string, std::less<>> userValues_;  // "user:pass" -> value, for conditions
+  std::map<std::string, std::string, std::less<>> userValues_;       // "user:pass" -> value, for conditions
+  std::map<std::string, std::string, std::less<>> patternTextures_;  // by handle; empty: not a texture
+  size_t programsRun_ = 0;
+  std::map<std::string, GraphicsState, std::less<>> resources_;  // by handle
   std::map<std::string, Notice> notices_;
 };
 

@@ -33,15 +33,6 @@ bool sameBinding(const ShaderBinding& a, const ShaderBinding& b) {
          std::ranges::equal(a.arguments, b.arguments, sameArgument);
 }
 
-/// One colour out of a modern material's parameters, by the names and defaults of the common ones.
-Rgb bxdfColorOf(std::string_view name, const ParamList& params) {
-  float grey = 0.5f;
-  if (name == "PxrSurface") grey = 0.18f;
-  std::array<float, 3> color{grey, grey, grey};
-  for (const std::string_view token : {"diffuseColor", "baseColor"}) color = params.tripleValue(token, color);
-  return {color[0], color[1], color[2]};
-}
-
 }  // namespace
 
 uint32_t SceneBuilder::addShader(std::string_view name, const ParamList& params, const Location& at) {
@@ -110,15 +101,6 @@ void SceneBuilder::displacement(std::string_view name, const ParamList& params, 
   changeAttributes().displacement = shader;
 }
 
-void SceneBuilder::bxdf(std::string_view name, Handle, const ParamList& params, const Location& at) {
-  if (laterMotionSample()) return;
-  const uint32_t shader = addShader("matte", ParamList(), at);
-  changeAttributes().surface = shader;
-  state_.bxdfColor = bxdfColorOf(name, params);
-  for (const Param& param : params) param.used = true;
-  if (name != "PxrDiffuse") countNotice(fmt::format("Bxdf \"{}\" is drawn as matte", name), at);
-}
-
 // ---- Lights -----------------------------------------------------------------------------------------------
 
 uint32_t SceneBuilder::addLight(std::string_view name, Handle handle, bool isArea, const ParamList& params,
@@ -158,6 +140,7 @@ void SceneBuilder::areaLightSource(std::string_view name, Handle handle, const P
                                    const Location& at) {
   if (laterMotionSample()) return;
   const bool none = name.empty() || name == "null" || name == "none";
+  if (name.starts_with("PxrStd")) return modernAreaLight(name, handle, params, at);
   const uint32_t light = none ? kNone : addLight(name, handle, true, params, at);
   changeAttributes().areaLight = light;
 }

@@ -282,5 +282,30 @@ TEST(RibMessages, ArchivesThatReadThemselves) {
   EXPECT_EQ(printed, Lines{"me.rib:1:1: error: limitcheck: archives are nested more than 5 deep"});
 }
 
+TEST(RibMessages, TheLineIsShownWithACaretWhereItIsAtHand) {
+  std::vector<std::string> messages;
+  ErrorHandler errors([&](Severity, std::string_view message) { messages.emplace_back(message); });
+  errors.setShowLines(true);
+  Recorder recorder;
+  RibParser parser(recorder, errors);
+  parser.parseMemory("Sides 1\r\n\tSphere 1 -1 1 \"x\" # why\r\nSides 2", "a.rib");
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_TRUE(messages[0].ends_with("\n   Sphere 1 -1 1 \"x\" # why\n                 ^")) << messages[0];
+  // Of a long line the part around the place.
+  messages.clear();
+  parser.parseMemory("Polygon \"P\" [" + std::string(500, ' ') + "x" + std::string(500, ' ') + "0 0 0]",
+                     "b.rib");
+  ASSERT_GE(messages.size(), 1u);
+  EXPECT_LT(messages[0].size(), 400u);
+  EXPECT_TRUE(messages[0].ends_with("^"));
+  // Binary bytes are not shown, nor is a place without a line.
+  messages.clear();
+  parser.parseMemory("\001\002\003\004\005 Sphree", "c.rib");
+  errors.report(Severity::Error, RiError::Bug, {internFileName("a.rib"), 1, 1}, "later");
+  ASSERT_EQ(messages.size(), 2u);
+  EXPECT_EQ(messages[0].find('\n'), std::string::npos);
+  EXPECT_EQ(messages[1].find('\n'), std::string::npos);
+}
+
 }  // namespace
 }  // namespace patina::test

@@ -169,7 +169,7 @@ struct Archiver : Recorder {
     return true;
   }
   void archive(std::string_view name, InlineArchive archive, const Location& at) override {
-    log("archive", name, at);
+    each("archive", at, name);
     archives.push_back(std::move(archive));
   }
 };

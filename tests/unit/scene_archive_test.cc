@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "renderer/scene/condition.h"
-#include "renderer/scene/search_path.h"
+#include "rib/search_path.h"
 #include "scene_fixture.h"
 
 namespace patina {
@@ -145,6 +145,10 @@ TEST(SearchPath, ElementsAndTheirMarks) {
   EXPECT_EQ(expandSearchPath("a::&:b", "x:y"), "a:x:y:b");
   EXPECT_EQ(expandSearchPath("&", ""), "");
   EXPECT_THAT(searchFolders("a:@:b:a", {"s", "b"}), ElementsAre("a", "s", "b"));
+  setenv("PATINA_TEST_FOLDERS", "x:y", 1);
+  unsetenv("PATINA_TEST_UNSET");
+  EXPECT_THAT(searchFolders("$PATINA_TEST_FOLDERS:${PATINA_TEST_FOLDERS}/z:$PATINA_TEST_UNSET/q:a$:b", {}),
+              ElementsAre("x", "y", "y/z", "a$", "b"));
 }
 
 TEST(Conditions, Values) {

@@ -167,18 +167,5 @@ TEST(Lights, UnknownHandlesAndShadows) {
   EXPECT_FALSE(built.worlds[0].lights.at(0).castsShadows);
 }
 
-TEST(Modern, BxdfIsDrawnAsMatteInItsColour) {
-  const Built built = build(
-      "WorldBegin Bxdf \"PxrDiffuse\" \"d\" \"color diffuseColor\" [1 0 .5] Sphere 1 -1 1 360\n"
-      "Bxdf \"PxrDisney\" \"e\" \"float metallic\" 1 Sphere 1 -1 1 360 Surface \"plastic\" Sphere 1 -1 1 360 "
-      "WorldEnd");
-  EXPECT_THAT(built.messages,
-              ElementsAre("t.rib:2:1: warning: unimplemented: Bxdf \"PxrDisney\" is drawn as matte (once)"));
-  EXPECT_EQ(built.attributesOf(0).color, Rgb(1, 0, .5f));
-  EXPECT_EQ(built.world().shaders.at(built.attributesOf(0).surface).name, "matte");
-  EXPECT_EQ(built.attributesOf(1).color, Rgb(.5f, .5f, .5f));
-  EXPECT_EQ(built.attributesOf(2).color, Rgb(1, 1, 1));
-}
-
 }  // namespace
 }  // namespace patina

@@ -244,9 +244,8 @@ TEST(Motion, TheFirstSampleIsTaken) {
       "WorldBegin\nMotionBegin [0 1]\nTranslate 1 0 0\nTranslate 2 0 0\nMotionEnd\nMotionBegin [0 1]\nSphere "
       "1 -1 1 360\nSphere 2 -2 2 360\n"
       "MotionEnd\nWorldEnd");
-  EXPECT_THAT(
-      built.messages,
-      ElementsAre("t.rib:2:1: warning: unimplemented: request MotionBegin is not carried out yet (2 times)"));
+  EXPECT_THAT(built.messages, ElementsAre("t.rib:2:1: warning: unimplemented: MotionBegin: things stand "
+                                          "where they are at the first of its times (2 times)"));
   ASSERT_THAT(built.world().primitives, SizeIs(1));
   EXPECT_EQ(built.world().primitives[0].objectToWorld[3][0], 1);
   EXPECT_EQ(std::get<Quadric>(built.world().primitives[0].shape).values[0], 1);

@@ -8,6 +8,8 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
+#include "renderer/scene/request_support.h"
+
 namespace patina {
 namespace {
 
@@ -72,6 +74,8 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   app.add_option("--stats", line.statistics, "Write statistics as JSON; - prints them readably")
       ->type_name("FILE");
   app.add_flag("--progress", line.progressLines, "Print progress as lines \"R90000 <percent>\"");
+  app.add_flag("--allow-programs", line.allowPrograms, "Let RIBs start programs (Procedural \"RunProgram\")");
+  app.add_flag("--requests", line.requests, "Print what becomes of each request, as Markdown, and exit");
   app.add_flag("--strict", line.strict, "Render nothing if the RIB has an error");
   app.add_flag("--check", line.check, "Read and check only");
   app.add_flag("-q,--quiet", line.quiet, "Print errors only");
@@ -93,6 +97,11 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
     return usage(wrong.what());
   }
 
+  if (line.requests) {
+    fmt::print("{}", requestTable());
+    exitStatus = 0;
+    return std::nullopt;
+  }
   if (!resolution.empty()) {
     line.resolution = parsePair(resolution, 'x', false);
     if (!line.resolution || (*line.resolution)[0] < 1 || (*line.resolution)[1] < 1 ||

@@ -27,6 +27,8 @@ struct CommandLine {
   bool progressLines = false;  ///< "R90000 <percent>" on standard output
   bool quiet = false;
   bool strict = false;
+  bool allowPrograms = false;
+  bool requests = false;  ///< the table of requests is printed and that is all
   bool check = false;  ///< parse and validate only
 };
 

@@ -35,6 +35,7 @@ bool interrupted() { return interruptSignal != 0; }
 
 Session::Session(CommandLine commandLine) : commandLine_(std::move(commandLine)) {
   if (commandLine_.quiet) errors_.setQuiet(Severity::Error);
+  errors_.setShowLines(true);
   if (commandLine_.strict) errors_.setStyle(ErrorStyle::Abort);
 }
 
@@ -56,8 +57,10 @@ int Session::run() {
 void Session::readFile(const std::string& path) {
   file_ = path;
   reading_.emplace("Reading RIB");
-  SceneBuilder builder({.archivePath = commandLine_.archivePath, .declarationOf = {}}, errors_,
-                       [this](Scene& scene) { renderWorld(scene); });
+  SceneBuilderSettings settings;
+  settings.archivePath = commandLine_.archivePath;
+  settings.allowPrograms = commandLine_.allowPrograms;
+  SceneBuilder builder(std::move(settings), errors_, [this](Scene& scene) { renderWorld(scene); });
   if (!builder.readFile(path)) failed_ = true;
   reading_.reset();
 }

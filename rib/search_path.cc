@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // RI's search paths.
-#include "renderer/scene/search_path.h"
+#include "rib/search_path.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cstdlib>
 #include <filesystem>
 
 namespace patina {
@@ -17,6 +19,31 @@ void forEachElement(std::string_view path, Visit visit) {
     if (end > 0) visit(path.substr(0, end));
     path.remove_prefix(std::min(end + 1, path.size()));
   }
+}
+
+/// `text` with the variables of the environment put in; nullopt: one of them is not set.
+std::optional<std::string> withVariables(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const size_t dollar = std::min(text.find('$'), text.size());
+    result += text.substr(0, dollar);
+    text.remove_prefix(dollar);
+    if (text.empty()) break;
+    text.remove_prefix(1);
+    const bool braces = text.starts_with('{');
+    if (braces) text.remove_prefix(1);
+    const auto isNamed = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+    const auto length = static_cast<size_t>(std::ranges::find_if_not(text, isNamed) - text.begin());
+    if (length == 0 || (braces && !text.substr(length).starts_with('}'))) {  // no variable: what it looks like
+      result += braces ? "${" : "$";
+      continue;
+    }
+    const char* const value = std::getenv(std::string(text.substr(0, length)).c_str());
+    if (!value) return std::nullopt;
+    result += value;
+    text.remove_prefix(length + (braces ? 1 : 0));
+  }
+  return result;
 }
 
 }  // namespace
@@ -40,6 +67,8 @@ std::vector<std::string> searchFolders(std::string_view path, const std::vector<
   forEachElement(path, [&](std::string_view element) {
     if (element == "@") {
       std::ranges::for_each(standard, add);
+    } else if (element.find('$') != std::string_view::npos) {
+      if (const auto expanded = withVariables(element)) forEachElement(*expanded, add);
     } else if (element != "&") {
       add(element);
     }

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// The exceptions from "carried out", by request.
+#include "renderer/scene/request_support.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "rib/requests.h"
+
+namespace patina {
+namespace {
+
+struct Entry {
+  std::string_view request;
+  RequestSupport support;
+};
+
+constexpr Support kMapped = Support::Mapped, kIgnored = Support::Ignored;
+
+// In alphabetical order.
+constexpr Entry kEntries[] = {
+    {"AreaLightSource", {kMapped, "PxrStdAreaLight is an arealight, PxrStdEnvMapLight an envlight"}},
+    {"Atmosphere", {kIgnored, "surfaces are seen through clear air"}},
+    {"Blobby", {kIgnored, "not drawn"}},
+    {"Bound", {Support::CarriedOut, "a hint that is not needed: nothing to do"}},
+    {"Bxdf", {kMapped, "drawn as matte, plastic, paintedplastic, conductor or dielectric"}},
+    {"Camera", {kMapped, "names the coordinate system; its parameters are left out"}},
+    {"ClippingPlane", {kIgnored, "nothing is cut off"}},
+    {"ConnectShaderLayers", {kIgnored, "layers are not joined"}},
+    {"Curves", {Support::CarriedOut, "as ribbons"}},
+    {"Deformation", {kIgnored, "no such request was ever defined in full"}},
+    {"Displace", {kIgnored, "surfaces are not displaced"}},
+    {"DisplayChannel", {kIgnored, "displays have rgb, rgba and z"}},
+    {"DisplayFilter", {kIgnored, "but for the background of Imager"}},
+    {"EditAttributeBegin", {kIgnored, "renders are not edited; what is in the block is carried out"}},
+    {"EditAttributeEnd", {kIgnored, ""}},
+    {"EditBegin", {kIgnored, "renders are not edited; what is in the block is carried out"}},
+    {"EditEnd", {kIgnored, ""}},
+    {"EditWorldBegin", {kIgnored, "renders are not edited; what is in the block is carried out"}},
+    {"EditWorldEnd", {kIgnored, ""}},
+    {"EnableLightFilter", {kIgnored, "lights have no filters"}},
+    {"Exterior", {kIgnored, "surfaces are seen through clear air"}},
+    {"GeometricApproximation", {Support::CarriedOut, "a hint: surfaces are as fine as the picture needs"}},
+    {"Geometry", {kMapped, "teapot, and the shapes of area lights"}},
+    {"HierarchicalSubdivisionMesh", {kMapped, "a SubdivisionMesh without its hierarchical edits"}},
+    {"Imager", {Support::CarriedOut, "background"}},
+    {"Integrator", {kMapped, "PxrPathTracer, PxrUnified, PxrVCM: mode path; PxrDirectLighting: mode direct"}},
+    {"Interior", {kIgnored, "solids are clear"}},
+    {"Light",
+     {kMapped,
+      "rectangle, disk, sphere, cylinder, mesh: arealight; dome, day: envlight; distant: distantlight"}},
+    {"LightFilter", {kIgnored, "lights have no filters"}},
+    {"MakeBrickMap", {kIgnored, "not made"}},
+    {"MakeBump", {kMapped, "the name stands for the picture"}},
+    {"MakeCubeFaceEnvironment", {kIgnored, "not made"}},
+    {"MakeLatLongEnvironment", {kMapped, "the name stands for the picture"}},
+    {"MakeShadow", {kIgnored, "shadows are traced"}},
+    {"MakeTexture", {kMapped, "the name stands for the picture"}},
+    {"MotionBegin", {kMapped, "things stand where they are at the first of the times"}},
+    {"NuPatch", {kIgnored, "not drawn"}},
+    {"Pattern", {kMapped, "PxrTexture where a colour is connected to it"}},
+    {"Points", {kIgnored, "not drawn"}},
+    {"Procedural", {Support::CarriedOut, "DelayedReadArchive; RunProgram with --allow-programs"}},
+    {"Procedural2", {kIgnored, "not drawn"}},
+    {"Resource", {Support::CarriedOut, "attributes saved and restored"}},
+    {"SampleFilter", {kIgnored, "samples are not changed"}},
+    {"ShaderLayer", {kIgnored, "layers are not joined"}},
+    {"SolidBegin", {kMapped, "primitive and union; operands of the others are drawn whole"}},
+    {"SolidEnd", {kMapped, ""}},
+    {"System", {kIgnored, "no command is run"}},
+    {"TrimCurve", {kIgnored, "belongs to NuPatch"}},
+    {"Volume", {kIgnored, "not drawn"}},
+};
+static_assert(std::ranges::is_sorted(kEntries, {}, &Entry::request));
+
+std::string_view name(Support support) {
+  return support == Support::CarriedOut ? "carried out"
+         : support == Support::Mapped   ? "mapped"
+                                        : "ignored, with a warning";
+}
+
+}  // namespace
+
+RequestSupport supportOf(std::string_view request) {
+  const auto found = std::ranges::lower_bound(kEntries, request, {}, &Entry::request);
+  return found != std::end(kEntries) && found->request == request ? found->support : RequestSupport{};
+}
+
+std::string requestTable() {
+  std::string table = "| request | arguments | what becomes of it | |\n| --- | --- | --- | --- |\n";
+  for (const RibRequest& request : ribRequests()) {
+    const RequestSupport support = supportOf(request.name);
+    table += fmt::format("| {} | {} | {} | {} |\n", request.name, request.usage, name(support.support),
+                         support.note);
+  }
+  return table;
+}
+
+}  // namespace patina
