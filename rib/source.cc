@@ -203,14 +203,13 @@ Location LineMap::locate(const char* p) {
   Point from = p >= last_.p ? last_ : mark_;
   const char* q = from.p;
   const auto distance = [&] { return static_cast<size_t>(p - q); };
-  if (distance() < 64) {
-    for (; q != p; ++q) {
-      ++from.column;
-      if (*q == '\n') {
-        ++from.line;
-        from.column = 1;
-      }
+  if (distance() < 256) {  // a line or a few
+    while (const void* const end = distance() > 0 ? std::memchr(q, '\n', distance()) : nullptr) {
+      q = static_cast<const char*>(end) + 1;
+      ++from.line;
+      from.column = 1;
     }
+    from.column += static_cast<uint32_t>(distance());
   } else {
     const auto lines = std::count(q, p, '\n');
     if (lines > 0) {
