@@ -156,22 +156,27 @@ void RibWriter::closeArray() {
   first_ = false;
 }
 
-void RibWriter::put(float value) {
-  if (binary_) return binaryFloat(value);
-  char text[32];
+template <typename Number>
+void RibWriter::asciiNumber(Number value) {
+  char text[32];  // the shortest text that reads as the same bits
   const char* const last = std::to_chars(text, text + sizeof text, value).ptr;
   const auto length = static_cast<size_t>(last - text);
   space(length);
   out_.append(text, length);
 }
 
+void RibWriter::put(float value) {
+  if (binary_)
+    binaryFloat(value);
+  else
+    asciiNumber(value);
+}
+
 void RibWriter::put(int value) {
-  if (binary_) return binaryInteger(value);
-  char text[16];
-  const char* const last = std::to_chars(text, text + sizeof text, value).ptr;
-  const auto length = static_cast<size_t>(last - text);
-  space(length);
-  out_.append(text, length);
+  if (binary_)
+    binaryInteger(value);
+  else
+    asciiNumber(value);
 }
 
 void RibWriter::put(std::string_view value) {

@@ -76,6 +76,8 @@ class RibWriter : public EveryRequest<RibWriter> {
   }
 
   void space(size_t length);
+  template <typename Number>
+  void asciiNumber(Number value);
   void openArray();
   void closeArray();
   void binaryInteger(int value);

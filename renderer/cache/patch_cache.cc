@@ -27,8 +27,8 @@ constexpr std::array<double, 2> kShare{0.25, 0.75};  // of the budget
 
 bool isFine(uint64_t tag) { return (tag >> kBlockShift & 31) != 0; }
 
-/// Fine blocks take what medium entries leave, and never more than what they need of so many of the 16 slots
-/// of a key: to make a medium entry anew takes 25 vertices, and whatever those look up is made anew, too, if
+/// Of a key's 16 slots, so many are kept for fine blocks when space is short; beyond, they give way to medium
+/// entries. To make a medium entry anew takes 25 vertices, and whatever those look up is made anew, too, if
 /// it is gone, so few misses become many.
 constexpr uint32_t kFineFloor = 4;
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 #include <boost/iostreams/device/file_descriptor.hpp>
@@ -73,8 +74,12 @@ class ExpandingWriter final : public RibWriter {
 
 int cat(const Settings& settings) {
   const bool toFile = !settings.output.empty() && settings.output != "-";
+  // A file takes its name when it is whole: it may be one of those that are read.
+  struct stat status;
+  const bool replace = toFile && (stat(settings.output.c_str(), &status) != 0 || S_ISREG(status.st_mode));
+  const std::string path = replace ? fmt::format("{}.{}", settings.output, getpid()) : settings.output;
   const int descriptor =
-      toFile ? open(settings.output.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666) : STDOUT_FILENO;
+      toFile ? open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666) : STDOUT_FILENO;
   if (descriptor < 0) {
     fmt::print(stderr, "catrib: {}: {}\n", settings.output, std::strerror(errno));
     return 1;
@@ -109,7 +114,10 @@ int cat(const Settings& settings) {
     if (problem.empty()) attempt([&] { out.reset(); });
   }
   errors.summarize();
+  if (replace && problem.empty() && rename(path.c_str(), settings.output.c_str()) != 0)
+    problem = std::strerror(errno);
   if (!problem.empty()) {
+    if (replace) unlink(path.c_str());
     fmt::print(stderr, "catrib: {}: {}\n", toFile ? settings.output : "standard output", problem);
     return 1;
   }
