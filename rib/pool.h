@@ -2,14 +2,18 @@
 // The values of one request, in memory that is reused from request to request.
 #pragma once
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <memory_resource>
 #include <new>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "rib/params.h"
@@ -28,14 +32,15 @@ struct Value {
   const char* end = nullptr;
 };
 
-// A vector of plain values that does not clear what it grows by.
+// A vector of plain values that does not clear what it grows by. Large ones grow by moving pages, so that
+// growing neither copies nor leaves anything behind, and memory that was never used is never there.
 template <typename T>
 class Pool {
  public:
   Pool() = default;
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
-  ~Pool() { std::free(data_); }
+  ~Pool() { release(); }
 
   void push(T value) {
     if (size_ == capacity_) grow(size_ + 1);
@@ -55,12 +60,33 @@ class Pool {
  private:
   void grow(size_t atLeast) {
     const size_t wanted = std::max({capacity_ * 2, atLeast, size_t{1024}});
-    void* grown = std::realloc(data_, wanted * sizeof(T));
-    if (!grown) throw std::bad_alloc();
+    const size_t bytes = wanted * sizeof(T), before = capacity_ * sizeof(T);
+    void* grown = nullptr;
+    if (bytes < kMapped) {
+      grown = std::realloc(data_, bytes);
+      if (!grown) throw std::bad_alloc();
+    } else {
+      grown = before < kMapped
+                  ? mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)
+                  : mremap(data_, before, bytes, MREMAP_MAYMOVE);
+      if (grown == MAP_FAILED) throw std::bad_alloc();
+      if (before < kMapped) {
+        if (size_ > 0) std::memcpy(grown, data_, size_ * sizeof(T));
+        std::free(data_);
+      }
+    }
     data_ = static_cast<T*>(grown);
     capacity_ = wanted;
   }
+  void release() {
+    if (capacity_ * sizeof(T) < kMapped)
+      std::free(data_);
+    else
+      munmap(data_, capacity_ * sizeof(T));
+  }
 
+  static constexpr size_t kMapped = size_t{1} << 20;
+  static_assert(std::is_trivially_copyable_v<T>);
   T* data_ = nullptr;
   size_t size_ = 0, capacity_ = 0;
 };
