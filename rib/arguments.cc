@@ -50,7 +50,7 @@ void Arguments::unexpected(std::string_view expected) {
   failAt(code, value, message(describe(value, pool_)));
 }
 
-const Value* Arguments::next(std::string_view expected, Value::Kind kind) {
+inline const Value* Arguments::next(std::string_view expected, Value::Kind kind) {
   if (!ok_) return nullptr;
   if (more()) {
     const Value& value = pool_.values[index_];
@@ -60,7 +60,7 @@ const Value* Arguments::next(std::string_view expected, Value::Kind kind) {
   return unexpected(expected), nullptr;
 }
 
-void Arguments::advance(const Value& value, size_t by) {
+inline void Arguments::advance(const Value& value, size_t by) {
   offset_ += by;
   if (offset_ < value.count) return;
   ++index_;

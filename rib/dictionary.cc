@@ -150,34 +150,43 @@ std::string toString(const Declaration& d) {
                      d.name.empty() ? "" : " ", d.name);
 }
 
-Dictionary::Dictionary() {
-  for (auto [declaration, names] : kPredeclared) {
-    for (std::string_view word = nextWord(names); !word.empty(); word = nextWord(names)) {
-      declare(word, declaration);
+// Made once for all dictionaries.
+const Dictionary::Names<Declaration>& Dictionary::predeclared() {
+  static const Names<Declaration> all = [] {
+    Names<Declaration> result;
+    for (auto [text, names] : kPredeclared) {
+      const std::optional<Declaration> declaration = parseDeclaration(text);
+      for (std::string_view word = nextWord(names); !word.empty(); word = nextWord(names))
+        result.emplace(word, *declaration);
     }
-  }
+    return result;
+  }();
+  return all;
 }
 
 bool Dictionary::declare(std::string_view name, std::string_view text) {
   std::optional<Declaration> declaration = parseDeclaration(text);
   // A name with blanks in it could never be found: tokens with blanks are inline declarations.
-  if (!declaration || !declaration->name.empty() || name.empty() ||
-      std::any_of(name.begin(), name.end(), isBlank)) {
-    names_.erase(std::string(name));
-    refused_.emplace(name);
-    return false;
-  }
-  refused_.erase(std::string(name));
-  names_.insert_or_assign(std::string(name), *declaration);
-  return true;
+  if (declaration &&
+      (!declaration->name.empty() || name.empty() || std::any_of(name.begin(), name.end(), isBlank)))
+    declaration.reset();
+  declared_.insert_or_assign(std::string(name), declaration);
+  return declaration.has_value();
+}
+
+bool Dictionary::refused(std::string_view name) const {
+  const auto found = declared_.find(name);
+  return found != declared_.end() && !found->second;
 }
 
 std::optional<Declaration> Dictionary::find(std::string_view token) const {
-  if (const auto known = names_.find(token); known != names_.end()) {
-    Declaration result = known->second;
-    result.name = token;
-    return result;
-  }
+  const auto named = [&](Declaration declaration) {
+    declaration.name = token;
+    return declaration;
+  };
+  if (const auto known = declared_.find(token); known != declared_.end())
+    return known->second ? std::optional(named(*known->second)) : std::nullopt;
+  if (const auto known = predeclared().find(token); known != predeclared().end()) return named(known->second);
   if (token.find_first_of(" \t\n\r\f\v") == std::string_view::npos) return std::nullopt;
   if (const auto known = inline_.find(token); known != inline_.end()) {
     Declaration result = known->second.declaration;
@@ -196,8 +205,10 @@ std::optional<Declaration> Dictionary::find(std::string_view token) const {
 
 std::string_view Dictionary::nearest(std::string_view name) const {
   std::vector<std::string_view> candidates;
-  candidates.reserve(names_.size());
-  for (const auto& entry : names_) candidates.push_back(entry.first);
+  for (const auto& [known, declaration] : predeclared())
+    if (!declared_.contains(known)) candidates.push_back(known);
+  for (const auto& [known, declaration] : declared_)
+    if (declaration) candidates.push_back(known);
   std::sort(candidates.begin(), candidates.end());  // the same answer in every run
   return nearestName(name, candidates);
 }

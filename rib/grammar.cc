@@ -2,6 +2,7 @@
 // The grammar of RIB in Boost.Spirit X3, over terminals that know both encodings. The only file that sees X3.
 #include <boost/spirit/home/x3.hpp>
 
+#include "rib/first_bytes.h"
 #include "rib/session.h"
 
 namespace patina {
@@ -17,15 +18,15 @@ ParseSession& session(const Context& context) {
 }
 
 // A token, or a run of tokens, that a method of ParseSession recognises and stores.
-template <auto Method, bool AtEnd = false>
-struct Terminal : x3::parser<Terminal<Method, AtEnd>> {
+template <auto Method, first_byte::Set First>
+struct Terminal : x3::parser<Terminal<Method, First>> {
   using attribute_type = x3::unused_type;
   static constexpr bool has_attribute = false;
 
   template <typename Context, typename RuleContext, typename Attribute>
   bool parse(const char*& first, const char* const& last, const Context& context, RuleContext&,
              Attribute&) const {
-    if (!AtEnd && first == last) return false;
+    if (first == last || !first_byte::mayBegin(First, *first)) return First == first_byte::Blank;
     const char* const next = (session(context).*Method)(first, last);
     if (!next) return false;
     first = next;
@@ -33,13 +34,14 @@ struct Terminal : x3::parser<Terminal<Method, AtEnd>> {
   }
 };
 
-constexpr Terminal<&ParseSession::blank, true> blank;
-constexpr Terminal<&ParseSession::word> word;
-constexpr Terminal<&ParseSession::numbers> numbers;
-constexpr Terminal<&ParseSession::string> string;
-constexpr Terminal<&ParseSession::floatArray> floatArray;
-constexpr Terminal<&ParseSession::strayWord> strayWord;
-constexpr Terminal<&ParseSession::strayByte> strayByte;
+constexpr Terminal<&ParseSession::blank, first_byte::Blank> blank;
+constexpr Terminal<&ParseSession::word, first_byte::Word> word;
+constexpr Terminal<&ParseSession::numbers, first_byte::Number> numbers;
+constexpr Terminal<&ParseSession::string, first_byte::String> string;
+constexpr Terminal<&ParseSession::floatArray, first_byte::FloatArray> floatArray;
+constexpr Terminal<&ParseSession::strayWord, first_byte::Letter> strayWord;
+constexpr Terminal<&ParseSession::strayByte, first_byte::Stray> strayByte;
+constexpr Terminal<&ParseSession::strayByte, first_byte::StrayInArray> strayInArray;
 
 // Where an action stands: behind what its parser has matched.
 template <typename Context>
@@ -56,7 +58,7 @@ constexpr auto beginStray = [](auto& ctx) { x3::_pass(ctx) = session(ctx).beginS
 
 // Each token takes the blanks behind it, so that none is read twice.
 const auto nested = x3::char_('[')[beginArray];
-const auto element = numbers | string | floatArray | nested | strayWord | strayByte;
+const auto element = numbers | string | floatArray | nested | strayWord | strayInArray;
 const auto array = x3::char_('[')[beginArray] >> blank >> *(element >> blank) >>
                    (x3::char_(']')[endArray] | x3::eps[unclosedArray]);
 const auto value = numbers | string | array | floatArray | strayByte;

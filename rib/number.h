@@ -128,7 +128,8 @@ inline const char* scanShortNumber(const char* p, double& value, bool& integral)
   const double magnitude = mantissa * kInversePowersOf10[fraction];
   const uint64_t rest = std::bit_cast<uint64_t>(magnitude) & ((uint64_t{1} << 29) - 1);
   if (fraction > 0 && rest - ((uint64_t{1} << 28) - 4) <= 8) return nullptr;
-  value = negative ? -magnitude : magnitude;
+  // No branch: signs cannot be predicted.
+  value = std::bit_cast<double>(std::bit_cast<uint64_t>(magnitude) | static_cast<uint64_t>(negative) << 63);
   return p + length;
 }
 

@@ -11,7 +11,6 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
 #include "rib/error.h"
@@ -124,12 +123,10 @@ class OwnedParamList {
 // it).
 class Dictionary {
  public:
-  Dictionary();  // holds the predeclared names
-
   // Declare "name" "text". False: `text` is no declaration, as in "varying double"; the name is refused from
   // now on.
   bool declare(std::string_view name, std::string_view text);
-  bool refused(std::string_view name) const { return refused_.contains(name); }
+  bool refused(std::string_view name) const;
   // The declaration of a token: inline ("float x") or by name; its `name` is a view into `token`. nullopt:
   // unknown.
   std::optional<Declaration> find(std::string_view token) const;
@@ -141,13 +138,16 @@ class Dictionary {
     using is_transparent = void;
     size_t operator()(std::string_view s) const { return std::hash<std::string_view>{}(s); }
   };
-  std::unordered_map<std::string, Declaration, Hash, std::equal_to<>> names_;
-  std::unordered_set<std::string, Hash, std::equal_to<>> refused_;
+  template <typename T>
+  using Names = std::unordered_map<std::string, T, Hash, std::equal_to<>>;
+  static const Names<Declaration>& predeclared();
+
+  Names<std::optional<Declaration>> declared_;  // what Declare said; nullopt: refused
   struct Inline {
     Declaration declaration;  // without the name, which is the token's last `nameLength` bytes
     size_t nameLength;
   };
-  mutable std::unordered_map<std::string, Inline, Hash, std::equal_to<>> inline_;  // memo of parsed tokens
+  mutable Names<Inline> inline_;  // memo of parsed tokens
 };
 
 // The candidate with the least edit distance to `name` (letter case counts half), or empty if all differ in

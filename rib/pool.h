@@ -101,10 +101,14 @@ class ValuePool {
     strings.clear();
     params.clear();
     comments.clear();
-    text_.release();
+    if (textUsed_) text_.release();
+    textUsed_ = false;
   }
   // Bytes that live until clear(); they never move.
-  char* text(size_t bytes) { return static_cast<char*>(text_.allocate(std::max<size_t>(bytes, 1), 1)); }
+  char* text(size_t bytes) {
+    textUsed_ = true;
+    return static_cast<char*>(text_.allocate(std::max<size_t>(bytes, 1), 1));
+  }
 
   // Integers that a float cannot hold exactly, beside the rounded value in `floats`.
   struct WideInteger {
@@ -126,6 +130,7 @@ class ValuePool {
  private:
   std::array<char, 4096> buffer_;
   std::pmr::monotonic_buffer_resource text_{buffer_.data(), buffer_.size()};
+  bool textUsed_ = false;
 };
 
 }  // namespace patina

@@ -34,7 +34,8 @@ std::optional<std::string> withVariables(std::string_view text) {
     if (braces) text.remove_prefix(1);
     const auto isNamed = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
     const auto length = static_cast<size_t>(std::ranges::find_if_not(text, isNamed) - text.begin());
-    if (length == 0 || (braces && !text.substr(length).starts_with('}'))) {  // no variable: what it looks like
+    if (length == 0 ||
+        (braces && !text.substr(length).starts_with('}'))) {  // no variable: what it looks like
       result += braces ? "${" : "$";
       continue;
     }

@@ -17,7 +17,7 @@ ParseSession::ParseSession(RibParser& parser, ValuePool& pool, std::string_view 
       pool_(pool),
       text_(text),
       start_(start),
-      lines_(text.data(), start),
+      lines_(text, start),
       tables_(std::move(tables)) {}
 
 std::optional<std::string_view> ParseSession::line(const Location& at) const {

@@ -23,8 +23,7 @@ struct EncodingTables {
 };
 
 // The grammar calls the terminals and the actions; a terminal returns the position behind its token, or null
-// when no such token is at `p` (then nothing has changed). Terminals are called with p < end, blank() also
-// with p == end.
+// when no such token is at `p` (then nothing has changed). Terminals are called with p < end.
 class ParseSession : private SourceText {
  public:
   ParseSession(RibParser& parser, ValuePool& pool, std::string_view text, const Location& start,

@@ -45,9 +45,10 @@ class Source {
 class LineMap {
  public:
   // `start` is the place of the text's first byte.
-  LineMap(const char* text, const Location& start)
+  LineMap(std::string_view text, const Location& start)
       : file_(start.file),
-        mark_{text, start.line ? start.line : 1, start.column ? start.column : 1},
+        end_(text.data() + text.size()),
+        mark_{text.data(), start.line ? start.line : 1, start.column ? start.column : 1},
         last_(mark_) {}
 
   // The place of `p`, not before the mark.
@@ -65,6 +66,7 @@ class LineMap {
     uint32_t line, column;
   };
   const std::string* file_;
+  const char* end_;  // of the text
   Point mark_, last_;
 };
 
