@@ -44,6 +44,11 @@ bool truth(const ParamList& params, std::string_view token, bool fallback) {
   return params.floatValue(token, fallback ? 1.0f : 0.0f) != 0;
 }
 
+/// Name spaces that no picture depends on: how other renderers cut surfaces up and what they leave out
+/// unseen.
+constexpr std::string_view kHintAttributes[] = {"user",       "grouping", "cull",   "dice",
+                                                "procedural", "shade",    "stitch", "stochastic"};
+
 void markAllUsed(const ParamList& params) {
   for (const Param& param : params) param.used = true;
 }
@@ -182,13 +187,15 @@ void SceneBuilder::attribute(std::string_view name, const ParamList& params, con
     };
     attributes.maxDiffuseDepth = depth("maxdiffusedepth", attributes.maxDiffuseDepth);
     attributes.maxSpecularDepth = depth("maxspeculardepth", attributes.maxSpecularDepth);
-    for (const std::string_view token :
-         {"bias", "autobias", "displacements", "samplemotion", "maxspecularsamples", "maxdiffusesamples",
-          "intersectpriority", "holdout", "decimationrate"}) {
+    // Rays begin as near to a surface as rounding lets them: there is no bias to be set.
+    for (const std::string_view token : {"bias", "autobias", "displacements", "samplemotion",
+                                         "maxspecularsamples", "maxdiffusesamples", "decimationrate"}) {
       params.find(token);
     }
+    for (const std::string_view token : {"intersectpriority", "holdout"})
+      if (params.find(token)) noEffect("Attribute", name, token, at);
     params.reportUnread(errors_, "Attribute \"trace\"",
-                        std::array<std::string_view, 3>{"maxdiffusedepth", "maxspeculardepth", "bias"});
+                        std::array<std::string_view, 2>{"maxdiffusedepth", "maxspeculardepth"});
   } else if (name == "visibility") {
     visibilityAttribute(params, at);
   } else if (name == "light") {
@@ -210,6 +217,8 @@ void SceneBuilder::attribute(std::string_view name, const ParamList& params, con
     displacementBound(params);
   } else if (name == "Ri") {
     riAttribute(params, at);
+  } else if (std::ranges::find(kHintAttributes, name) == std::end(kHintAttributes)) {
+    noEffect("Attribute", name, {}, at);
   }
 }
 

@@ -32,12 +32,13 @@ constexpr std::string_view kIgnoredHider[] = {
     "sigmablur",       "depthfilter",      "decidither",       "maxvpdepth",
     "mpcache",         "mpcachedir",       "mpmemory",         "allowsurfaces",
     "exposurebracket", "opacitythreshold", "dofaspect",        "rendermode"};
-constexpr std::string_view kIgnoredTrace[] = {"maxdepth",      "decimationrate", "bvhcompression",
-                                              "worldorigin",   "worldoffset",    "specularthreshold",
-                                              "continuationby"};
+constexpr std::string_view kIgnoredTrace[] = {"decimationrate", "bvhcompression", "worldorigin",
+                                              "worldoffset"};
 constexpr std::string_view kIgnoredStatistics[] = {"xmlfilename",      "level",           "shaderprofile",
                                                    "stylesheet",       "maxdispwarnings", "displace_ratios",
                                                    "texturestatslevel"};
+/// Name spaces that no picture depends on.
+constexpr std::string_view kHintOptions[] = {"user", "rib", "bucket", "rerender", "runtime", "render"};
 
 }  // namespace
 
@@ -253,7 +254,11 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     params.reportUnread(errors_, "Option \"patina\"", std::array<std::string_view, 2>{"mode", "display"});
   } else if (name == "trace") {
     passOver(params, kIgnoredTrace);
+    for (const std::string_view token : {"maxdepth", "specularthreshold", "continuationby"})
+      if (params.find(token)) noEffect("Option", name, token, at);
     params.reportUnread(errors_, "Option \"trace\"");
+  } else if (std::ranges::find(kHintOptions, name) == std::end(kHintOptions)) {
+    noEffect("Option", name, {}, at);
   }
 }
 

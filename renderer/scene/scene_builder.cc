@@ -83,8 +83,16 @@ void SceneBuilder::unhandled(std::string_view request, const Location& at) {
   countNotice(fmt::format("request {} is not carried out yet", request), at);
 }
 
+void SceneBuilder::noEffect(std::string_view request, std::string_view name, std::string_view token,
+                            const Location& at) {
+  const std::string what = token.empty() ? std::string() : fmt::format(" \"{}\"", token);
+  countNotice(fmt::format("{} \"{}\"{} has no effect", request, name, what), at);
+}
+
 void SceneBuilder::countNotice(const std::string& message, const Location& at) {
-  ++notices_.try_emplace(message, Notice{at, 0}).first->second.count;
+  constexpr size_t kMostNotices = 200;
+  const bool full = notices_.size() >= kMostNotices && !notices_.contains(message);
+  ++notices_.try_emplace(full ? "more of the kinds named here" : message, Notice{at, 0}).first->second.count;
 }
 
 void SceneBuilder::reportNotices() {

@@ -146,6 +146,26 @@ TEST(RibRobustness, MemoryIsBoundedByTheLargestRequest) {
   EXPECT_LT(peak() - before, 2000);
 }
 
+TEST(RibRobustness, TenMillionRequestsNeedNoMemory) {
+  struct Counter : RibHandler {
+    size_t requests = 0;
+    void sides(int, const Location&) override { ++requests; }
+    void identity(const Location&) override { ++requests; }
+  } handler;
+  ErrorHandler errors;
+  RibParser parser(handler, errors);
+  const std::string rib = repeated("Sides 1\nIdentity\n", 5'000'000);
+  const auto peak = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;  // kB
+  };
+  const long before = peak();
+  EXPECT_TRUE(parser.parseMemory(rib, "t.rib"));
+  EXPECT_EQ(handler.requests, 10'000'000u);
+  EXPECT_LT(peak() - before, 2000);
+}
+
 TEST(RibRobustness, TheSharedCorpus) {
   namespace fs = std::filesystem;
   const char* named = std::getenv("PATINA_SHARED_DIR");

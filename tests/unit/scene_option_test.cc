@@ -149,7 +149,7 @@ TEST(Options, RefusesValuesOutOfRange) {
   EXPECT_EQ(built.world().options.pixelSamplesX, 2);
 }
 
-TEST(Options, UnknownNamesAreSilentInUnknownSpacesOnly) {
+TEST(Options, UnknownNamesAreReported) {
   const Built built = build(
       "Option \"rerender\" \"string lodrange\" \"x\"\nOption \"limits\" \"int gridsize\" 256 \"int "
       "gridsise\" 3\n"
@@ -162,6 +162,27 @@ TEST(Options, UnknownNamesAreSilentInUnknownSpacesOnly) {
               "t.rib:3:1: warning: unimplemented: request Hider \"zbuffer\" is not carried out yet (once)"),
           HasSubstr("t.rib:4:1: warning: badtoken: Projection \"fisheye\" is unknown"),
           HasSubstr("t.rib:5:1: warning: badtoken: PixelFilter \"bob\" is unknown")));
+}
+
+TEST(Options, WhatHasNoEffectIsNamedOnce) {
+  const Built built = build(
+      "Option \"user\" \"float a\" 1\nOption \"radiosity\" \"int steps\" 1\nOption \"trace\" \"maxdepth\" 3\n"
+      "Option \"radiosity\" \"int steps\" 2\nAttribute \"sss\" \"float a\" 2\nAttribute \"trace\" \"float "
+      "bias\" 1\n"
+      "WorldBegin\nWorldEnd");
+  EXPECT_THAT(built.messages,
+              testing::UnorderedElementsAre(
+                  "t.rib:2:1: warning: unimplemented: Option \"radiosity\" has no effect (2 times)",
+                  "t.rib:3:1: warning: unimplemented: Option \"trace\" \"maxdepth\" has no effect (once)",
+                  "t.rib:5:1: warning: unimplemented: Attribute \"sss\" has no effect (once)"));
+}
+
+TEST(Options, NoticesAreLimited) {
+  std::string text;
+  for (int i = 0; i < 3000; ++i) text += "Option \"a" + std::to_string(i) + "\" \"float a\" 1\n";
+  const Built built = build(text + "WorldBegin\nWorldEnd");
+  EXPECT_EQ(built.messages.size(), 201u);
+  EXPECT_THAT(built.messages, testing::Contains(HasSubstr("more of the kinds named here (2800 times)")));
 }
 
 }  // namespace

@@ -48,6 +48,18 @@ TEST_F(Catrib, ExpandsArchives) {
   EXPECT_EQ(read("out.rib"), "Sides 1\nSides 2\n");
 }
 
+TEST_F(Catrib, TwinsDrawTheSamePicture) {
+  const std::string scene = PATINA_SOURCE_DIR "/tests/scenes/cornell/scene.rib";
+  const std::string draw =
+      " && " PATINA_BINARY_DIR "/bin/patina --quiet --res 24x24 --samples 2 --rays 8 -o ";
+  EXPECT_EQ(run("-binary -o binary.rib " + scene + draw + "binary.exr binary.rib > /dev/null"), 0);
+  EXPECT_EQ(run("--gzip -o text.rib binary.rib" + draw + "text.exr text.rib > /dev/null"), 0);
+  EXPECT_EQ(run("-o other.rib text.rib" + draw + "scene.exr " + scene + "> /dev/null"), 0);
+  EXPECT_GT(read("scene.exr").size(), 1000u);
+  EXPECT_EQ(read("scene.exr"), read("binary.exr"));
+  EXPECT_EQ(read("scene.exr"), read("text.exr"));
+}
+
 TEST_F(Catrib, SaysWhatWasWrongByItsStatus) {
   write("a.rib", "Sphree 1\nSides 1\n");
   EXPECT_EQ(run("-o out.rib a.rib 2> /dev/null"), 1);
