@@ -44,12 +44,29 @@ void SceneBuilder::procedural(std::string_view kind, Strings args, const Bounds6
   if (program && !settings_.allowPrograms)
     return countNotice(
         "Procedural \"RunProgram\" is left out: programs are started with --allow-programs only", at);
+  inOwnScope(at, [&] {
+    if (program)
+      readProgram(args, at);
+    else
+      readArchiveFile(args.front(), at);
+  });
+}
+
+void SceneBuilder::procedural2(std::string_view kind, std::string_view, const ParamList& params,
+                               const Location& at) {
+  for (const Param& param : params) param.used = true;
+  const std::string_view file = params.stringValue("filename", "");
+  if (kind != "DelayedReadArchive2" || file.empty())
+    return unhandled(fmt::format("Procedural2 \"{}\"", kind), at);
+  if (laterMotionSample()) return;
+  inOwnScope(at, [&] { readArchiveFile(file, at); });
+}
+
+template <typename Read>
+void SceneBuilder::inOwnScope(const Location& at, const Read& read) {
   if (!open(BlockKind::Attribute, at)) return;
   const size_t depth = blocks_.depth();
-  if (program)
-    readProgram(args, at);
-  else
-    readArchiveFile(args.front(), at);
+  read();
   // Blocks that the archive left open end with it; one that it closed too many is its own mistake.
   if (blocks_.depth() >= depth) {
     while (blocks_.depth() > depth) closeTop(at);

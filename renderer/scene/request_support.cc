@@ -62,7 +62,7 @@ constexpr Entry kEntries[] = {
     {"Pattern", {kMapped, "PxrTexture where a colour is connected to it"}},
     {"Points", {kIgnored, "not drawn"}},
     {"Procedural", {Support::CarriedOut, "DelayedReadArchive; RunProgram with --allow-programs"}},
-    {"Procedural2", {kIgnored, "not drawn"}},
+    {"Procedural2", {Support::CarriedOut, "DelayedReadArchive2; others are named"}},
     {"Resource", {Support::CarriedOut, "attributes saved and restored"}},
     {"SampleFilter", {kIgnored, "samples are not changed"}},
     {"ShaderLayer", {kIgnored, "layers are not joined"}},

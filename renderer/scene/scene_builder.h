@@ -199,6 +199,8 @@ class SceneBuilder final : public RibHandler {
   bool archiveBegin(std::string_view name, const ParamList& params, const Location& at) override;
   void archive(std::string_view name, InlineArchive archive, const Location& at) override;
   void procedural(std::string_view kind, Strings args, const Bounds6& bound, const Location& at) override;
+  void procedural2(std::string_view kind, std::string_view boundKind, const ParamList& params,
+                   const Location& at) override;
   Branch ifBegin(std::string_view condition, const ParamList& params, const Location& at) override;
   Branch elseIf(std::string_view condition, const ParamList& params, const Location& at) override;
   Branch else_(const Location& at) override;
@@ -253,6 +255,9 @@ class SceneBuilder final : public RibHandler {
   // Archives
   bool readArchiveFile(std::string_view name, const Location& at);
   void readProgram(Strings args, const Location& at);
+  /// Carries `read` out within an attribute block, which ends whatever it left open.
+  template <typename Read>
+  void inOwnScope(const Location& at, const Read& read);
 
   SceneBuilderSettings settings_;
   ErrorHandler& errors_;
