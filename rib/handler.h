@@ -23,7 +23,8 @@ using Strings = std::span<const std::string_view>;
 // handle.
 struct Handle {
   std::string_view text;                                    // decimal digits for an integer
-  explicit operator bool() const { return !text.empty(); }  // false: the file gave none
+  explicit operator bool() const { return !text.empty(); }  // false: none, or the empty name
+  bool given() const { return text.data() != nullptr; }     // true for the empty name, too
   bool operator==(const Handle&) const = default;
 };
 

@@ -203,7 +203,7 @@ void RibWriter::put(std::string_view value) {
 }
 
 void RibWriter::put(const Handle& value) {
-  if (!value) return;
+  if (!value.given()) return;
   int number = 0;
   const char* const last = value.text.data() + value.text.size();
   const auto read = std::from_chars(value.text.data(), last, number);
