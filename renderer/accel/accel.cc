@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree scenes: one for the world, one per instanced object. Flat faces of all primitives share a few
-// geometries, by shape, visibility and sidedness; every curved surface is a grid geometry.
+// Embree scenes: one for the world, one per instanced object, and one for each unit of surfaces that a ray
+// has met. Small flat primitives are in the scenes of the world and the objects from the beginning; units
+// stand there as user geometry that is made when a ray meets its bound (lazy geometry in Embree's words).
 #include "renderer/accel/accel.h"
 
-#include <embree3/rtcore.h>
-#include <tbb/parallel_for.h>
-
-#include <map>
+#include <atomic>
+#include <deque>
 #include <stdexcept>
+
+#include "renderer/accel/embree_scene.h"
 
 #include "renderer/base/statistics.h"
 
@@ -36,25 +37,6 @@ void count(uint32_t mask, int64_t n) {
   }
 }
 
-struct FaceOwner {
-  uint32_t member;  ///< traced surface, relative to its group's first
-  uint32_t face;
-};
-
-/// What an Embree geometry stands for.
-struct GeometryRecord {
-  std::vector<FaceOwner>
-      owners;  ///< of a shared geometry, by primID; empty: `member`, and primID is the face
-  uint32_t member = 0;
-  uint32_t firstTraced = 0;  ///< of the group that members count from
-  const Geometry* geometry = nullptr;
-};
-
-struct SceneRecord {
-  RTCScene scene = nullptr;
-  std::vector<std::unique_ptr<GeometryRecord>> records;  ///< by geomID
-};
-
 RTCRayHit toEmbree(const Ray& ray) {
   RTCRayHit r;
   r.ray.org_x = ray.origin.x, r.ray.org_y = ray.origin.y, r.ray.org_z = ray.origin.z;
@@ -65,179 +47,203 @@ RTCRayHit toEmbree(const Ray& ray) {
   return r;
 }
 
+/// Hits in units name the traced surface from here on in place of an Embree geometry, and its face.
+constexpr uint32_t kFirstTraced = 0x40000000;
+
+struct UnitTracer final : Tessellation::Tracer {
+  EmbreeScene scene;
+  UnitTracer(RTCDevice device, const Geometry& geometry)
+      : scene(device, geometry, RTC_BUILD_QUALITY_MEDIUM) {}
+};
+
+const EmbreeScene& sceneOf(const Tessellation& tessellation) {
+  return static_cast<const UnitTracer&>(*tessellation.tracer).scene;
+}
+
+/// A query's context, extended by the reader that keeps what it meets.
+struct Context {
+  RTCIntersectContext embree;
+  TessellationCache::Reader* reader = nullptr;
+  explicit Context(TessellationCache::Reader* r) : reader(r) { rtcInitIntersectContext(&embree); }
+};
+
+/// The units of one group: the primitives of a user geometry.
+struct UnitList {
+  const Geometry* geometry = nullptr;
+  std::vector<uint32_t> units;
+};
+
+void boundUnit(const RTCBoundsFunctionArguments* args) {
+  const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
+  const Box3f& box = list.geometry->units()[list.units[args->primID]].bound;
+  *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
+}
+
+void intersectUnit(const RTCIntersectFunctionNArguments* args) {
+  const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
+  const uint32_t unit = list.units[args->primID];
+  const uint32_t visibility = list.geometry->units()[unit].visibility;
+  for (unsigned k = 0; k < args->N; ++k) {
+    if (args->valid[k] == 0) continue;
+    if ((RTCRayN_mask(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) & visibility) == 0) continue;
+    RTCRayHit ray = rtcGetRayHitFromRayHitN(args->rayhit, args->N, k);
+    const EmbreeScene& scene = sceneOf(reinterpret_cast<Context*>(args->context)->reader->get(unit));
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene.scene(), args->context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+    const FaceOwner& owner = scene.owner(ray.hit.geomID, ray.hit.primID);
+    ray.hit.geomID = kFirstTraced + owner.traced;
+    ray.hit.primID = owner.face;
+    RTCRayN_tfar(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) = ray.ray.tfar;
+    rtcCopyHitToHitN(RTCRayHitN_HitN(args->rayhit, args->N), &ray.hit, args->N, k);
+  }
+}
+
+void occludeUnit(const RTCOccludedFunctionNArguments* args) {
+  const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
+  const uint32_t unit = list.units[args->primID];
+  const uint32_t visibility = list.geometry->units()[unit].visibility;
+  for (unsigned k = 0; k < args->N; ++k) {
+    if (args->valid[k] == 0) continue;
+    RTCRay ray = rtcGetRayFromRayN(args->ray, args->N, k);
+    if ((ray.mask & visibility) == 0) continue;
+    const Tessellation& met = reinterpret_cast<Context*>(args->context)->reader->get(unit);
+    rtcOccluded1(sceneOf(met).scene(), args->context, &ray);
+    RTCRayN_tfar(args->ray, args->N, k) = ray.tfar;
+  }
+}
+
 }  // namespace
 
 struct Accel::Scenes {
   const Geometry* geometry = nullptr;
-  RTCDevice device = nullptr;
-  SceneRecord world;
-  std::vector<SceneRecord> objects;
-  std::vector<RTCScene> owned;
+  RTCDevice device = nullptr;      ///< for what is traced from the beginning
+  RTCDevice unitDevice = nullptr;  ///< for tessellated units: its bytes are counted
+  std::atomic<int64_t> unitBytes = 0;
+  std::unique_ptr<EmbreeScene> world;
+  std::vector<std::unique_ptr<EmbreeScene>> objects;
+  std::deque<UnitList> lists;
   uint32_t firstInstanceId = 0;
+  bool hasUnits = false;
 
   ~Scenes() {
-    for (RTCScene scene : owned) rtcReleaseScene(scene);
+    world.reset();
+    objects.clear();
+    if (unitDevice) rtcReleaseDevice(unitDevice);
     if (device) rtcReleaseDevice(device);
-  }
-  RTCScene makeScene() {
-    RTCScene scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-    owned.push_back(scene);
-    return scene;
-  }
-  uint32_t placementOf(uint32_t instance, const GeometryRecord& record, uint32_t primitive) const {
-    const uint32_t member = record.owners.empty() ? record.member : record.owners[primitive].member;
-    return instance == kNone ? member : geometry->instances()[instance].firstPlacement + member;
   }
   /// `normal` is Embree's: in mesh space, the cross product of a facet's first two edges.
   Hit toHit(float t, float u, float v, uint32_t geomId, uint32_t primId, uint32_t instId, const V3f& normal,
             const V3f& direction) const {
     if (geomId == RTC_INVALID_GEOMETRY_ID) return {};
     const uint32_t instance = instId == RTC_INVALID_GEOMETRY_ID ? kNone : instId - firstInstanceId;
-    const SceneRecord& scene = instance == kNone ? world : objects[geometry->instances()[instance].object];
-    const GeometryRecord& record = *scene.records[geomId];
-    const uint32_t index = placementOf(instance, record, primId);
-    const Placement& placement = geometry->placements()[index];
-    const V3f inWorld =
-        instance == kNone ? normal : transformNormal(normal, geometry->instances()[instance].worldToMesh);
-    return {t, index, record.owners.empty() ? primId : record.owners[primId].face,
-            u, v,     inWorld.dot(direction) * placement.meshSign <= 0};
+    const PlacedInstance* placed = instance == kNone ? nullptr : &geometry->instances()[instance];
+    const FaceOwner owner = geomId >= kFirstTraced
+                                ? FaceOwner{geomId - kFirstTraced, primId}
+                                : (placed ? *objects[placed->object] : *world).owner(geomId, primId);
+    const uint32_t index =
+        placed ? placed->firstPlacement + owner.traced - geometry->groupRange(placed->object).first
+               : owner.traced;
+    const V3f inWorld = placed ? transformNormal(normal, placed->worldToMesh) : normal;
+    return {t, index, owner.face, u, v, inWorld.dot(direction) * geometry->placements()[index].meshSign <= 0};
   }
-  void addSurfaces(SceneRecord& record, uint32_t first, uint32_t end);
+  std::unique_ptr<EmbreeScene> makeGroup(uint32_t group, uint32_t first, uint32_t end);
+  std::unique_ptr<Tessellation> tessellate(uint32_t unit) const;
 };
 
-namespace {
-
-/// RI Sides 1: only the outside of a surface is met.
-void cullBackFaces(const RTCFilterFunctionNArguments* args) {
-  const auto& record = *static_cast<const GeometryRecord*>(args->geometryUserPtr);
-  for (unsigned k = 0; k < args->N; ++k) {
-    if (args->valid[k] == 0) continue;
-    const uint32_t primitive = RTCHitN_primID(args->hit, args->N, k);
-    const uint32_t member = record.owners.empty() ? record.member : record.owners[primitive].member;
-    const uint32_t face = record.owners.empty() ? primitive : record.owners[primitive].face;
-    const TracedSurface& traced = record.geometry->traced()[record.firstTraced + member];
-    const V2f uv(RTCHitN_u(args->hit, args->N, k), RTCHitN_v(args->hit, args->N, k));
-    const V3f normal =
-        transformNormal(traced.surface->evaluate(face, uv.x, uv.y).N, traced.toMesh.inverse()) *
-        (traced.primitive->reversed ? -1.0f : 1.0f);
-    const V3f direction(RTCRayN_dir_x(args->ray, args->N, k), RTCRayN_dir_y(args->ray, args->N, k),
-                        RTCRayN_dir_z(args->ray, args->N, k));
-    if (normal.dot(direction) >= 0) args->valid[k] = 0;
-  }
+std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t group, uint32_t first, uint32_t end) {
+  auto scene = std::make_unique<EmbreeScene>(device, *geometry, RTC_BUILD_QUALITY_MEDIUM);
+  for (uint32_t k = first; k < end; ++k)
+    if (geometry->traced()[k].unit == kNone) scene->addFlat(k);
+  scene->attach();
+  UnitList list{geometry, {}};
+  for (uint32_t unit = 0; unit < geometry->units().size(); ++unit)
+    if (geometry->traced()[geometry->units()[unit].members.front()].group == group)
+      list.units.push_back(unit);
+  if (list.units.empty()) return scene;
+  hasUnits = true;
+  lists.push_back(std::move(list));
+  RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(shape, static_cast<unsigned>(lists.back().units.size()));
+  rtcSetGeometryUserData(shape, &lists.back());
+  rtcSetGeometryBoundsFunction(shape, boundUnit, nullptr);
+  rtcSetGeometryIntersectFunction(shape, intersectUnit);
+  rtcSetGeometryOccludedFunction(shape, occludeUnit);
+  rtcSetGeometryMask(shape, kAnyRay);
+  rtcCommitGeometry(shape);
+  rtcAttachGeometry(scene->scene(), shape);
+  rtcReleaseGeometry(shape);
+  return scene;
 }
 
-}  // namespace
-
-void Accel::Scenes::addSurfaces(SceneRecord& record, uint32_t first, uint32_t end) {
-  struct Soup {
-    std::vector<V3f> vertices;
-    std::vector<uint32_t> indices;
-    std::vector<FaceOwner> owners;
-  };
-  std::map<std::tuple<int, uint32_t, bool>, Soup> soups;
-  const auto attach = [&](RTCGeometry shape, std::unique_ptr<GeometryRecord> data, uint32_t mask,
-                          bool oneSided) {
-    data->geometry = geometry;
-    data->firstTraced = first;
-    rtcSetGeometryMask(shape, mask);
-    if (oneSided) {
-      rtcSetGeometryUserData(shape, data.get());
-      rtcSetGeometryIntersectFilterFunction(shape, cullBackFaces);
-      rtcSetGeometryOccludedFilterFunction(shape, cullBackFaces);
+// Called from within a traversal: nothing may be thrown.
+std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
+  std::unique_ptr<Tessellation> made;
+  std::string trouble;
+  try {
+    made = geometry->tessellate(unit);
+    auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry);
+    const std::vector<uint32_t>& members = geometry->units()[unit].members;
+    for (size_t m = 0; m < members.size(); ++m) {
+      if (made->cells[m] == 0)
+        tracer->scene.addFlat(members[m]);
+      else
+        tracer->scene.addFacets(members[m], made->cells[m], made->first[m], made->vertices);
     }
-    rtcCommitGeometry(shape);
-    const unsigned id = rtcAttachGeometry(record.scene, shape);
-    rtcReleaseGeometry(shape);
-    if (record.records.size() <= id) record.records.resize(id + 1);
-    record.records[id] = std::move(data);
-  };
-
-  for (uint32_t k = first; k < end; ++k) {
-    const TracedSurface& traced = geometry->traced()[k];
-    const uint32_t attributeIndex = traced.primitive->attributes;
-    const Attributes* attributes =
-        attributeIndex == kNone ? nullptr : &geometry->scene().attributes[attributeIndex];
-    const uint32_t mask = attributes ? attributes->visibility : uint32_t{kAnyRay};
-    const bool oneSided = attributes && attributes->oneSided;
-    const uint32_t faces = traced.surface->faceCount();
-    if (traced.cells == 0) {
-      for (uint32_t face = 0; face < faces; ++face) {
-        const bool quad = traced.surface->faceShape(face) == FaceShape::Quad;
-        Soup& soup = soups[{quad ? 4 : 3, mask, oneSided}];
-        V3f c[4];
-        traced.surface->corners(face, c);
-        const auto base = static_cast<uint32_t>(soup.vertices.size());
-        for (int i = 0; i < (quad ? 4 : 3); ++i) soup.vertices.push_back(transformPoint(c[i], traced.toMesh));
-        if (quad)
-          soup.indices.insert(soup.indices.end(), {base, base + 1, base + 3, base + 2});
-        else
-          soup.indices.insert(soup.indices.end(), {base, base + 1, base + 2});
-        soup.owners.push_back({k - first, face});
-      }
-      continue;
-    }
-    RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_GRID);
-    const uint32_t row = traced.cells + 1;
-    rtcSetSharedGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, traced.grid.data(), 0,
-                               sizeof(V3f), traced.grid.size());
-    auto* grids = static_cast<RTCGrid*>(
-        rtcSetNewGeometryBuffer(shape, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), faces));
-    for (uint32_t face = 0; face < faces; ++face)
-      grids[face] = {face * row * row, row, static_cast<uint16_t>(row), static_cast<uint16_t>(row)};
-    auto data = std::make_unique<GeometryRecord>();
-    data->member = k - first;
-    attach(shape, std::move(data), mask, oneSided);
+    tracer->scene.attach();
+    rtcCommitScene(tracer->scene.scene());
+    if (rtcGetDeviceError(unitDevice) != RTC_ERROR_NONE) trouble = "Embree has no memory for them";
+    made->tracer = std::move(tracer);
+  } catch (const std::exception& error) {
+    trouble = error.what();
   }
-  for (auto& [key, soup] : soups) {
-    const auto [corners, mask, oneSided] = key;
-    RTCGeometry shape =
-        rtcNewGeometry(device, corners == 4 ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<V3f*>(rtcSetNewGeometryBuffer(
-        shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), soup.vertices.size()));
-    std::copy(soup.vertices.begin(), soup.vertices.end(), vertices);
-    auto* indices = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
-        shape, RTC_BUFFER_TYPE_INDEX, 0, corners == 4 ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3,
-        sizeof(uint32_t) * static_cast<size_t>(corners), soup.owners.size()));
-    std::copy(soup.indices.begin(), soup.indices.end(), indices);
-    auto data = std::make_unique<GeometryRecord>();
-    data->owners = std::move(soup.owners);
-    soup = {};
-    attach(shape, std::move(data), mask, oneSided);
-  }
+  if (trouble.empty()) return made;
+  made = geometry->leaveOut(unit, trouble);
+  auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry);
+  rtcCommitScene(tracer->scene.scene());
+  made->tracer = std::move(tracer);
+  return made;
 }
 
 Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
   Scenes& s = *scenes_;
   s.geometry = &geometry;
   s.device = rtcNewDevice(nullptr);
-  if (!s.device) throw std::runtime_error("Embree could not be started");
-  s.objects.resize(geometry.scene().objects.size());
-  s.world.scene = s.makeScene();
+  s.unitDevice = rtcNewDevice(nullptr);
+  if (!s.device || !s.unitDevice) throw std::runtime_error("Embree could not be started");
+  rtcSetDeviceMemoryMonitorFunction(
+      s.unitDevice,
+      [](void* scenes, ssize_t bytes, bool) {
+        static_cast<Scenes*>(scenes)->unitBytes += bytes;
+        return true;
+      },
+      &s);
+  geometry.tessellations().setMaker([&s](uint32_t unit) { return s.tessellate(unit); },
+                                    [&s] { return static_cast<size_t>(std::max<int64_t>(s.unitBytes, 0)); });
+
   uint32_t worldEnd = 0;
   while (worldEnd < geometry.traced().size() && geometry.traced()[worldEnd].group == kNone) ++worldEnd;
-  s.addSurfaces(s.world, 0, worldEnd);
+  s.world = s.makeGroup(kNone, 0, worldEnd);
+  s.objects.resize(geometry.scene().objects.size());
   for (uint32_t object = 0; object < s.objects.size(); ++object) {
     const auto [first, end] = geometry.groupRange(object);
     if (first == end) continue;
-    s.objects[object].scene = s.makeScene();
-    s.addSurfaces(s.objects[object], first, end);
-    rtcCommitScene(s.objects[object].scene);
+    s.objects[object] = s.makeGroup(object, first, end);
+    rtcCommitScene(s.objects[object]->scene());
   }
-  s.firstInstanceId = static_cast<uint32_t>(s.world.records.size());
+  s.firstInstanceId = s.world->geometries() + 1;
   for (uint32_t k = 0; k < geometry.instances().size(); ++k) {
     const PlacedInstance& instance = geometry.instances()[k];
     RTCGeometry shape = rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(shape, s.objects[instance.object].scene);
+    rtcSetGeometryInstancedScene(shape, s.objects[instance.object]->scene());
     rtcSetGeometryTimeStepCount(shape, 1);
     rtcSetGeometryTransform(shape, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, instance.meshToWorld.getValue());
     rtcSetGeometryMask(shape, instance.visibility);
     rtcCommitGeometry(shape);
-    rtcAttachGeometryByID(s.world.scene, shape, s.firstInstanceId + k);
+    rtcAttachGeometryByID(s.world->scene(), shape, s.firstInstanceId + k);
     rtcReleaseGeometry(shape);
   }
-  rtcCommitScene(s.world.scene);
+  rtcCommitScene(s.world->scene());
 }
 
 Accel::~Accel() = default;
@@ -245,31 +251,38 @@ Accel::~Accel() = default;
 Hit Accel::intersect(const Ray& ray) const {
   count(ray.mask, 1);
   RTCRayHit r = toEmbree(ray);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scenes_->world.scene, &context, &r);
-  return scenes_->toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0],
-                        {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray.direction);
+  const auto trace = [&](TessellationCache::Reader* reader) {
+    Context context(reader);
+    rtcIntersect1(scenes_->world->scene(), &context.embree, &r);
+    return scenes_->toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0],
+                          {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray.direction);
+  };
+  if (!scenes_->hasUnits) return trace(nullptr);
+  TessellationCache::Reader reader(scenes_->geometry->tessellations());
+  return trace(&reader);
 }
 
 bool Accel::occluded(const Ray& ray) const {
   count(ray.mask, 1);
   RTCRayHit r = toEmbree(ray);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scenes_->world.scene, &context, &r.ray);
-  return r.ray.tfar < 0;
+  const auto trace = [&](TessellationCache::Reader* reader) {
+    Context context(reader);
+    rtcOccluded1(scenes_->world->scene(), &context.embree, &r.ray);
+    return r.ray.tfar < 0;
+  };
+  if (!scenes_->hasUnits) return trace(nullptr);
+  TessellationCache::Reader reader(scenes_->geometry->tessellations());
+  return trace(&reader);
 }
 
 void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const {
   if (rays.empty()) return;
   count(rays[0].mask, static_cast<int64_t>(rays.size()));
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  alignas(64) int valid[16];
-  RTCRayHit16 p;
-  for (size_t base = 0; base < rays.size(); base += 16) {
+  const auto trace = [&](size_t base, TessellationCache::Reader* reader) {
+    Context context(reader);
+    context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    alignas(64) int valid[16];
+    RTCRayHit16 p;
     const size_t n = std::min<size_t>(16, rays.size() - base);
     for (size_t k = 0; k < 16; ++k) {
       const Ray& ray = rays[base + std::min(k, n - 1)];
@@ -280,11 +293,19 @@ void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const 
       p.ray.mask[k] = ray.mask, p.ray.id[k] = 0, p.ray.flags[k] = 0;
       p.hit.geomID[k] = p.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect16(valid, scenes_->world.scene, &context, &p);
+    rtcIntersect16(valid, scenes_->world->scene(), &context.embree, &p);
     for (size_t k = 0; k < n; ++k)
       hits[base + k] = scenes_->toHit(p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.geomID[k], p.hit.primID[k],
                                       p.hit.instID[0][k], {p.hit.Ng_x[k], p.hit.Ng_y[k], p.hit.Ng_z[k]},
                                       rays[base + k].direction);
+  };
+  for (size_t base = 0; base < rays.size(); base += 16) {
+    if (!scenes_->hasUnits) {
+      trace(base, nullptr);
+      continue;
+    }
+    TessellationCache::Reader reader(scenes_->geometry->tessellations());
+    trace(base, &reader);
   }
 }
 

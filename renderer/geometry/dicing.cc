@@ -2,10 +2,14 @@
 // Dicing: how many micropolygons a tile wants, and the cutting of faces into patches.
 #include <array>
 
+#include "renderer/base/statistics.h"
 #include "renderer/geometry/patches.h"
 
 namespace patina {
 namespace {
+
+STAT_COUNTER("Geometry/patches", patchCount);
+STAT_COUNTER("Geometry/placements diced", dicedPlacements);
 
 constexpr float kOffScreenFactor = 0.25f;  // micropolygons outside the view are so much coarser (in length)
 constexpr float kForeshorteningLimit =
@@ -62,29 +66,59 @@ Sphere boundingSphere(std::span<const V3f> points) {
 
 }  // namespace
 
-PatchTable::Tile PatchTable::measure(const RasterCamera& camera, const DiceInput& input, uint32_t face,
-                                     float u0, float v0, float du, float dv) const {
-  const std::array<V3f, 9> p = lattice(input, face, u0, v0, du, dv);
+/// Cuts one placement into patches.
+class PatchTable::Dicer {
+ public:
+  Dicer(const RasterCamera& camera, const DiceInput& input, uint32_t placement, size_t limit)
+      : camera_(camera), input_(input), placement_(placement), limit_(limit) {}
+  void run();
+
+  std::vector<Patch> patches;
+  Diced diced;
+  bool limited = false;
+
+ private:
+  struct Tile {
+    float u0, v0, du, dv;
+    float cellsU, cellsV, spacing;  ///< wanted
+    bool tooLarge() const {
+      constexpr float kTooMany = kMaxCells * 1.41421356f;
+      return cellsU > kTooMany || cellsV > kTooMany;
+    }
+  };
+  Tile measure(uint32_t face, float u0, float v0, float du, float dv) const;
+  void split(uint32_t face, const Tile& tile, uint32_t node, int depth);
+  void addPatch(uint32_t face, const Tile& tile);
+
+  const RasterCamera& camera_;
+  const DiceInput& input_;
+  uint32_t placement_;
+  size_t limit_;
+};
+
+PatchTable::Dicer::Tile PatchTable::Dicer::measure(uint32_t face, float u0, float v0, float du,
+                                                   float dv) const {
+  const std::array<V3f, 9> p = lattice(input_, face, u0, v0, du, dv);
   const auto [center, radius] = boundingSphere(p);
-  const float distance = std::max(camera.nearestDistance(center, radius), 0.25f * radius);
-  const bool visible = camera.mayBeVisible(center, radius, kMargin);
-  const float perUnit = camera.pixelsPerUnit(std::max(distance, 1e-30f)) * (visible ? 1 : kOffScreenFactor);
+  const float distance = std::max(camera_.nearestDistance(center, radius), 0.25f * radius);
+  const bool visible = camera_.mayBeVisible(center, radius, kMargin);
+  const float perUnit = camera_.pixelsPerUnit(std::max(distance, 1e-30f)) * (visible ? 1 : kOffScreenFactor);
 
   // On screen, lengths count as they are seen, unless the tile reaches behind the eye.
   std::array<V2f, 9> raster;
   bool projected = visible;
   for (size_t k = 0; k < 9 && projected; ++k) {
-    const V3f c = camera.toCamera(p[k]);
-    projected = !camera.perspective() || c.z > 0.05f * radius;
-    if (projected) raster[k] = camera.toRaster(c);
+    const V3f c = camera_.toCamera(p[k]);
+    projected = !camera_.perspective() || c.z > 0.05f * radius;
+    if (projected) raster[k] = camera_.toRaster(c);
   }
   const auto length = [&](size_t a, size_t b) {
     const float whole = (p[a] - p[b]).length() * perUnit;
     return projected ? std::max((raster[a] - raster[b]).length(), kForeshorteningLimit * whole) : whole;
   };
-  const float edge = 1 / std::sqrt(input.shadingRate);
+  const float edge = 1 / std::sqrt(input_.shadingRate);
   Tile tile{u0, v0, du, dv, 0, 0, 0};
-  if (input.surface->faceShape(face) == FaceShape::Triangle) {
+  if (input_.surface->faceShape(face) == FaceShape::Triangle) {
     tile.cellsU =
         std::max({length(0, 1) + length(1, 2), length(0, 3) + length(3, 6), length(2, 4) + length(4, 6)}) *
         edge;
@@ -104,8 +138,8 @@ PatchTable::Tile PatchTable::measure(const RasterCamera& camera, const DiceInput
   return tile;
 }
 
-void PatchTable::addPatch(const DiceInput& input, uint32_t placement, uint32_t face, const Tile& tile) {
-  Patch patch{placement,
+void PatchTable::Dicer::addPatch(uint32_t face, const Tile& tile) {
+  Patch patch{placement_,
               face,
               tile.u0,
               tile.v0,
@@ -114,83 +148,114 @@ void PatchTable::addPatch(const DiceInput& input, uint32_t placement, uint32_t f
               tile.spacing,
               roundCells(tile.cellsU),
               roundCells(tile.cellsV),
-              input.surface->faceShape(face)};
+              input_.surface->faceShape(face)};
   if (tile.cellsU < 0.75f && tile.cellsV < 0.75f) patch.cellsU = patch.cellsV = 0;
   if (patch.shape == FaceShape::Triangle) patch.spacing /= static_cast<float>(std::max<int>(patch.cellsU, 1));
-  patches_.push_back(patch);
+  patches.push_back(patch);
 }
 
-void PatchTable::split(const RasterCamera& camera, const DiceInput& input, uint32_t placement, uint32_t face,
-                       const Tile& tile, uint32_t node, int depth) {
-  constexpr float kTooMany = kMaxCells * 1.41421356f;
-  const bool wanted = tile.cellsU > kTooMany || tile.cellsV > kTooMany;
-  if (wanted && patches_.size() >= limit_) limited_ = true;
-  if (!wanted || depth >= kMaxDepth || limited_) {
-    nodes_[node] = {static_cast<uint32_t>(patches_.size()), Node::Split::Leaf};
-    addPatch(input, placement, face, tile);
+void PatchTable::Dicer::split(uint32_t face, const Tile& tile, uint32_t node, int depth) {
+  std::vector<Node>& nodes = diced.nodes;
+  if (tile.tooLarge() && patches.size() >= limit_) limited = true;
+  if (!tile.tooLarge() || depth >= kMaxDepth || limited) {
+    nodes[node] = {static_cast<uint32_t>(patches.size()), Node::Split::Leaf};
+    addPatch(face, tile);
     return;
   }
-  const auto first = static_cast<uint32_t>(nodes_.size());
-  if (input.surface->faceShape(face) == FaceShape::Triangle) {
-    nodes_[node] = {first, Node::Split::Triangle};
-    nodes_.resize(nodes_.size() + 4);
+  const auto first = static_cast<uint32_t>(nodes.size());
+  if (input_.surface->faceShape(face) == FaceShape::Triangle) {
+    nodes[node] = {first, Node::Split::Triangle};
+    nodes.resize(nodes.size() + 4);
     const float h = tile.du / 2;
     const V2f corner[4] = {
         {tile.u0, tile.v0}, {tile.u0 + h, tile.v0}, {tile.u0, tile.v0 + h}, {tile.u0 + h, tile.v0 + h}};
     for (uint32_t k = 0; k < 4; ++k) {
       const float size = k == 3 ? -h : h;
-      split(camera, input, placement, face,
-            measure(camera, input, face, corner[k].x, corner[k].y, size, size), first + k, depth + 2);
+      split(face, measure(face, corner[k].x, corner[k].y, size, size), first + k, depth + 2);
     }
     return;
   }
   const bool alongU = tile.cellsU >= tile.cellsV;
-  nodes_[node] = {first, alongU ? Node::Split::U : Node::Split::V};
-  nodes_.resize(nodes_.size() + 2);
+  nodes[node] = {first, alongU ? Node::Split::U : Node::Split::V};
+  nodes.resize(nodes.size() + 2);
   const float du = alongU ? tile.du / 2 : tile.du, dv = alongU ? tile.dv : tile.dv / 2;
   for (uint32_t k = 0; k < 2; ++k) {
     const float u0 = tile.u0 + (alongU && k ? du : 0), v0 = tile.v0 + (!alongU && k ? dv : 0);
-    split(camera, input, placement, face, measure(camera, input, face, u0, v0, du, dv), first + k, depth + 1);
+    split(face, measure(face, u0, v0, du, dv), first + k, depth + 1);
   }
 }
 
-PatchTable::PatchTable(const RasterCamera& camera, std::span<const DiceInput> inputs, size_t limit)
-    : limit_(limit) {
-  placements_.reserve(inputs.size());
-  std::vector<Tile> faces;
-  for (uint32_t placement = 0; placement < inputs.size(); ++placement) {
-    const DiceInput& input = inputs[placement];
-    const uint32_t count = input.surface->faceCount();
-    faces.resize(count);
-    bool tiled = false;
-    for (uint32_t face = 0; face < count; ++face) {
-      faces[face] = measure(camera, input, face, 0, 0, 1, 1);
-      tiled |= faces[face].cellsU > kMaxCells * 1.41421356f || faces[face].cellsV > kMaxCells * 1.41421356f;
-    }
+void PatchTable::Dicer::run() {
+  const uint32_t count = input_.surface->faceCount();
+  limit_ += count;
+  std::vector<Tile> faces(count);
+  bool tiled = false;
+  for (uint32_t face = 0; face < count; ++face) {
+    faces[face] = measure(face, 0, 0, 1, 1);
+    tiled |= faces[face].tooLarge();
+  }
+  patches.reserve(count);
+  for (uint32_t face = 0; face < count; ++face) {
     if (!tiled) {
-      placements_.push_back({static_cast<uint32_t>(patches_.size()), false});
-      for (uint32_t face = 0; face < count; ++face) addPatch(input, placement, face, faces[face]);
+      addPatch(face, faces[face]);
       continue;
     }
-    placements_.push_back({static_cast<uint32_t>(roots_.size()), true});
-    for (uint32_t face = 0; face < count; ++face) {
-      const auto root = static_cast<uint32_t>(nodes_.size());
-      roots_.push_back(root);
-      nodes_.emplace_back();
-      split(camera, input, placement, face, faces[face], root, 0);
-    }
+    const auto root = static_cast<uint32_t>(diced.nodes.size());
+    diced.roots.push_back(root);
+    diced.nodes.emplace_back();
+    split(face, faces[face], root, 0);
   }
-  patches_.shrink_to_fit();
-  nodes_.shrink_to_fit();
+  diced.nodes.shrink_to_fit();
 }
 
-uint32_t traceCells(const RasterCamera& camera, const DiceInput& input) {
+const PatchTable::Diced& PatchTable::dice(uint32_t placement) const {
+  const std::scoped_lock lock(diceMutex_[placement % kMutexes]);
+  if (const Diced* known = diced_[placement].load(std::memory_order_acquire)) return *known;
+  const DiceInput input = input_(placement);
+  Dicer dicer(camera_, input, placement, limit_);
+  dicer.run();
+  if (dicer.limited) limited_ = true;
+  auto diced = std::make_unique<Diced>(std::move(dicer.diced));
+  diced->first = store(dicer.patches);
+  diced->count = static_cast<uint32_t>(dicer.patches.size());
+  ++dicedPlacements;
+  patchCount += diced->count;
+  memory_ += dicer.patches.size() * sizeof(Patch) + diced->nodes.capacity() * sizeof(Node) +
+             diced->roots.capacity() * sizeof(uint32_t) + sizeof(Diced);
+  diced_[placement].store(diced.get(), std::memory_order_release);
+  return *diced.release();
+}
+
+uint32_t traceCells(const RasterCamera& camera, const Surface& surface, std::span<const M44f> objectToWorld) {
   constexpr float kTolerance = 0.05f;                               // pixels between a facet and the surface
   constexpr float kTurn = 12.0f * std::numbers::pi_v<float> / 180;  // normals turn no more within a facet
-  const uint32_t faces = input.surface->faceCount();
+  const auto pixels = [&](const V3f& center, float radius) {        // of a unit length there
+    const float distance = std::max(camera.nearestDistance(center, radius), 0.25f * radius);
+    const float seen = camera.mayBeVisible(center, radius, kMargin) ? 1 : kOffScreenFactor;
+    return seen * camera.pixelsPerUnit(std::max(distance, 1e-30f));
+  };
+  // Of many placements the one where the surface is seen largest decides.
+  size_t largest = 0;
+  float most = -1;
+  for (size_t k = 0; objectToWorld.size() > 1 && k < objectToWorld.size(); ++k) {
+    const Box3f box = surface.bound();
+    std::array<V3f, 8> corner;
+    for (size_t c = 0; c < 8; ++c)
+      corner[c] = transformPoint(
+          {c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z},
+          objectToWorld[k]);
+    const Sphere sphere = boundingSphere(corner);
+    if (const float size = sphere.radius * pixels(sphere.center, sphere.radius); size > most) {
+      most = size;
+      largest = k;
+    }
+  }
+
   // Sample a few faces densely, many sparsely; the deviation from the chord falls with the square of the
   // cells.
+  const uint32_t faces = surface.faceCount();
   const uint32_t samples = faces < 64 ? 16 : 2;
+  const auto perSample = static_cast<float>(samples);
   float wanted = 1;
   std::vector<V2f> uv;
   std::vector<SurfacePoint> line(2 * samples + 1);
@@ -199,32 +264,28 @@ uint32_t traceCells(const RasterCamera& camera, const DiceInput& input) {
       for (uint32_t row = 0; row <= samples; row += samples / 2) {
         uv.clear();
         for (uint32_t k = 0; k <= 2 * samples; ++k) {
-          const float a = static_cast<float>(k) / static_cast<float>(2 * samples),
-                      b = static_cast<float>(row) / static_cast<float>(samples);
+          const float a = static_cast<float>(k) / (2 * perSample), b = static_cast<float>(row) / perSample;
           uv.push_back(direction == 0 ? V2f(a, b) : V2f(b, a));
         }
-        input.surface->evaluateMany(face, uv, line);
-        for (SurfacePoint& p : line) p.P = transformPoint(p.P, input.objectToWorld);
+        surface.evaluateMany(face, uv, line);
+        for (SurfacePoint& p : line) p.P = transformPoint(p.P, objectToWorld[largest]);
         for (uint32_t k = 0; k + 2 <= 2 * samples; k += 2) {
           const V3f chord = line[k + 2].P - line[k].P;
           const float deviation = (line[k + 1].P - (line[k].P + line[k + 2].P) * 0.5f).length();
           const float radius = chord.length() * 0.5f + deviation;
-          const V3f middle = line[k + 1].P;
-          const float distance = std::max(camera.nearestDistance(middle, radius), 0.25f * radius);
-          const float seen = camera.mayBeVisible(middle, radius, kMargin) ? 1 : kOffScreenFactor;
-          const float pixels = deviation * seen * camera.pixelsPerUnit(std::max(distance, 1e-30f));
-          if (std::isfinite(pixels))
-            wanted = std::max(wanted, static_cast<float>(samples) * std::sqrt(pixels / kTolerance));
+          const float perUnit = pixels(line[k + 1].P, radius);
+          if (std::isfinite(deviation * perUnit))
+            wanted = std::max(wanted, perSample * std::sqrt(deviation * perUnit / kTolerance));
           if (radius > 0) {
             const float cosine = std::clamp(line[k].N.dot(line[k + 2].N), -1.0f, 1.0f);
-            wanted = std::max(wanted, static_cast<float>(samples) * std::acos(cosine) / kTurn);
+            wanted = std::max(wanted, perSample * std::min(std::acos(cosine) / kTurn, 2 * radius * perUnit));
           }
         }
       }
   }
   uint32_t cells = 1;
-  const uint32_t most = faces < 16 ? 512 : faces < 4096 ? 64 : 16;
-  while (cells < most && static_cast<float>(cells) < wanted) cells *= 2;
+  const uint32_t limit = faces < 16 ? 512 : faces < 4096 ? 64 : 16;
+  while (cells < limit && static_cast<float>(cells) < wanted) cells *= 2;
   return cells;
 }
 

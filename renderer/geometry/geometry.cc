@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the primitives of a scene to placed surfaces, facets and patches.
+// From the primitives of a scene to bounded and placed surfaces; their facets and patches on demand.
 #include "renderer/geometry/geometry.h"
 
-#include <tbb/parallel_for.h>
+#include <fmt/format.h>
+
+#include <tuple>
 
 #include "renderer/base/statistics.h"
+#include "renderer/geometry/primvar.h"
 
 namespace patina {
 namespace {
 
 STAT_COUNTER("Geometry/primitives", primitiveCount);
+STAT_COUNTER("Geometry/surfaces made", surfaceCount);
 STAT_COUNTER("Geometry/faces", faceCount);
 STAT_COUNTER("Geometry/facets of curved surfaces", facetCount);
-STAT_COUNTER("Geometry/patches", patchCount);
 STAT_COUNTER("Geometry/instances", instanceCount);
+
+/// Faces of a flat surface that is traced from the beginning: nothing would be saved.
+constexpr uint32_t kFewFaces = 64;
 
 bool invertible(const M44d& m) {
   const double d = m.determinant();
@@ -31,34 +37,151 @@ Placement makePlacement(uint32_t traced, uint32_t attributes, uint32_t instance,
   return p;
 }
 
+Box3f transformed(const Box3f& box, const M44f& m) {
+  Box3f result;
+  for (int corner = 0; corner < 8; ++corner)
+    result.extendBy(transformPoint({corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                                    corner & 4 ? box.max.z : box.min.z},
+                                   m));
+  return result;
+}
+
+/// Widened by what the rounding of points and of their transformation may add.
+Box3f padded(const Box3f& box) {
+  const float pad = 1e-6f * std::max(maxAbsComponent(box.min), maxAbsComponent(box.max));
+  return {box.min - V3f(pad), box.max + V3f(pad)};
+}
+
+/// The hull of the points of a mesh, which holds its faces and its limit surface, without making them. Empty:
+/// not a mesh, or so small that it is made at once.
+Box3f meshBound(const Primitive& primitive) {
+  Box3f box;
+  const auto* polygons = std::get_if<PolygonMesh>(&primitive.shape);
+  const auto* subdivision = std::get_if<SubdivisionMesh>(&primitive.shape);
+  if (!subdivision && (!polygons || polygons->vertsPerLoop.size() <= kFewFaces)) return box;
+  if (const auto points = findPoints(primitive))
+    for (size_t k = 0; k < points->size(); ++k)
+      if (const V3f p = (*points)[k]; usable(p)) box.extendBy(p);
+  return box;
+}
+
+/// Faces of a surface that nobody makes sense of.
+class NoSurface final : public Surface {
+ public:
+  uint32_t faceCount() const override { return 0; }
+  FaceShape faceShape(uint32_t) const override { return FaceShape::Quad; }
+  bool isFlat() const override { return true; }
+  void corners(uint32_t, V3f*) const override {}
+  SurfacePoint evaluate(uint32_t, float, float) const override { return {}; }
+  void interpolate(const PrimVar&, uint32_t, float, float, float*) const override {}
+  uint32_t uniformIndex(uint32_t) const override { return 0; }
+  V2f surfaceParameters(uint32_t, float, float) const override { return {0, 0}; }
+  V2f parameterScale(uint32_t) const override { return {1, 1}; }
+  Box3f bound() const override { return {}; }
+};
+
+/// Ten bits of each coordinate, interleaved (Morton 1966).
+uint32_t mortonCode(const V3f& p, const Box3f& box) {
+  uint32_t code = 0;
+  for (int k = 0; k < 3; ++k) {
+    const float extent = box.max[k] - box.min[k];
+    const float t = extent > 0 ? (p[k] - box.min[k]) / extent : 0;
+    const auto cell = static_cast<uint32_t>(std::clamp(t, 0.0f, 1.0f) * 1023);
+    for (uint32_t bit = 0; bit < 10; ++bit)
+      code |= (cell >> bit & 1u) << (3 * bit + static_cast<uint32_t>(k));
+  }
+  return code;
+}
+
+/// Roughly how many facets a surface will have: only the size of units depends on it.
+float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCamera& camera) {
+  if (const auto* polygons = std::get_if<PolygonMesh>(&primitive.shape))
+    return static_cast<float>(polygons->vertsPerLoop.size());
+  const float radius = world.size().length() / 2;
+  const float distance = std::max(camera.nearestDistance(world.center(), radius), 0.25f * radius);
+  const float pixels = 2 * radius * camera.pixelsPerUnit(std::max(distance, 1e-30f));
+  float least = 8;
+  if (const auto* mesh = std::get_if<SubdivisionMesh>(&primitive.shape))
+    least = 4 * static_cast<float>(mesh->vertsPerFace.size());
+  return std::max(least, std::min(pixels * pixels / 8, 16384.0f));
+}
+
 }  // namespace
 
-void Geometry::build(const Primitive& primitive, const M44d& toMesh, uint32_t group, const RasterCamera& camera,
-                     ErrorHandler& errors) {
-  if (!invertible(toMesh)) {
-    errors.report(Severity::Error, RiError::Math, primitive.where,
-                  "the transformation of this primitive is singular");
-    return;
-  }
+Viewpoint Geometry::viewpoint(const M44d& toMesh) const {
   // Instances share their object's surfaces: what turns to the eye does so from the object's own place.
   const M44d inverse = toMesh.inverse();
   Viewpoint view;
-  view.perspective = camera.perspective();
-  view.eye = V3f(V3d(camera.eye()) * inverse);
-  view.direction = normalizedOr(transformVector(camera.viewDirection(), M44f(inverse)), V3f(0, 0, 1));
-  auto surface = makeSurface(primitive, errors, view);
-  if (!surface || surface->faceCount() == 0) return;
-  ++primitiveCount;
-  faceCount += surface->faceCount();
-  traced_.push_back({&primitive, std::move(surface), M44f(toMesh), 0, {}, group});
+  view.perspective = camera_.perspective();
+  view.eye = V3f(V3d(camera_.eye()) * inverse);
+  view.direction = normalizedOr(transformVector(camera_.viewDirection(), M44f(inverse)), V3f(0, 0, 1));
+  return view;
 }
 
-Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors) : scene_(scene) {
+void Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t group) {
+  if (!invertible(toMesh)) {
+    errors_.report(Severity::Error, RiError::Math, primitive.where,
+                   "the transformation of this primitive is singular");
+    return;
+  }
+  TracedSurface traced{&primitive, M44f(toMesh), meshBound(primitive), group, kNone, 0};
+  std::unique_ptr<Surface> surface;
+  if (traced.bound.isEmpty()) {
+    surface = patina::makeSurface(primitive, errors_, viewpoint(toMesh));
+    if (!surface || surface->faceCount() == 0) return;
+    ++surfaceCount;
+    faceCount += surface->faceCount();
+    surfaceBytes_ += surface->memory();
+    traced.bound = surface->bound();
+  }
+  ++primitiveCount;
+  traced_.push_back(traced);
+  made_.push_back(std::move(surface));
+}
+
+const Surface& Geometry::makeSurface(uint32_t k) const {
+  const std::scoped_lock lock(surfaceMutex_[k % kMutexes]);
+  if (made_[k]) return *made_[k];
+  const TracedSurface& traced = traced_[k];
+  made_[k] = patina::makeSurface(*traced.primitive, errors_, viewpoint(M44d(traced.toMesh)));
+  if (!made_[k]) made_[k] = std::make_unique<NoSurface>();
+  ++surfaceCount;
+  faceCount += made_[k]->faceCount();
+  surfaceBytes_ += made_[k]->memory();
+  surfaces_[k].store(made_[k].get(), std::memory_order_release);
+  return *made_[k];
+}
+
+void Geometry::place(const Instance& instance) {
+  if (!invertible(instance.objectToWorld)) {
+    errors_.report(Severity::Error, RiError::Math, instance.where,
+                   "the transformation of this instance is singular");
+    return;
+  }
+  const auto [first, end] = groups_[instance.object];
+  if (first == end) return;
+  ++instanceCount;
+  const auto index = static_cast<uint32_t>(instances_.size());
+  instancesOf_[instance.object].push_back(index);
+  instances_.push_back({instance.object, static_cast<uint32_t>(placements_.size()),
+                        scene_.attributes[instance.attributes].visibility, M44f(instance.objectToWorld),
+                        M44f(instance.objectToWorld.inverse())});
+  for (uint32_t k = first; k < end; ++k) {
+    const Primitive& primitive = *traced_[k].primitive;
+    const uint32_t attributes = primitive.attributes == kNone ? instance.attributes : primitive.attributes;
+    placements_.push_back(makePlacement(k, attributes, index,
+                                        primitive.objectToWorld * instance.objectToWorld,
+                                        primitive.objectToWorld, primitive.reversed != instance.reversed));
+  }
+}
+
+Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors)
+    : scene_(scene), camera_(camera), errors_(errors) {
   // Surfaces: those of the world first, then object by object.
   for (const Primitive& primitive : scene.primitives) {
     const Attributes& attributes = scene.attributes[primitive.attributes];
     if (attributes.visibility == 0 && attributes.areaLight == kNone) continue;
-    build(primitive, primitive.objectToWorld, kNone, camera, errors);
+    add(primitive, primitive.objectToWorld, kNone);
   }
   const auto worldCount = static_cast<uint32_t>(traced_.size());
   std::vector<bool> used(scene.objects.size(), false);
@@ -67,101 +190,175 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     const auto first = static_cast<uint32_t>(traced_.size());
     if (used[object])
       for (const Primitive& primitive : scene.objects[object].primitives)
-        build(primitive, primitive.objectToWorld, object, camera, errors);
+        add(primitive, primitive.objectToWorld, object);
     groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
   }
+  surfaces_ = std::vector<std::atomic<const Surface*>>(traced_.size());
+  cells_ = std::vector<std::atomic<uint32_t>>(traced_.size());
+  for (size_t k = 0; k < traced_.size(); ++k) surfaces_[k] = made_[k].get();
 
-  // Placements.
   for (uint32_t k = 0; k < worldCount; ++k) {
     const Primitive& primitive = *traced_[k].primitive;
     placements_.push_back(makePlacement(k, primitive.attributes, kNone, primitive.objectToWorld,
                                         primitive.objectToWorld, primitive.reversed));
   }
-  for (const Instance& instance : scene.instances) {
-    if (!invertible(instance.objectToWorld)) {
-      errors.report(Severity::Error, RiError::Math, instance.where,
-                    "the transformation of this instance is singular");
-      continue;
-    }
-    const auto [first, end] = groups_[instance.object];
-    if (first == end) continue;
-    ++instanceCount;
-    const auto index = static_cast<uint32_t>(instances_.size());
-    instances_.push_back({instance.object, static_cast<uint32_t>(placements_.size()),
-                          scene.attributes[instance.attributes].visibility, M44f(instance.objectToWorld),
-                          M44f(instance.objectToWorld.inverse())});
-    for (uint32_t k = first; k < end; ++k) {
-      const Primitive& primitive = *traced_[k].primitive;
-      const uint32_t attributes = primitive.attributes == kNone ? instance.attributes : primitive.attributes;
-      placements_.push_back(makePlacement(k, attributes, index,
-                                          primitive.objectToWorld * instance.objectToWorld,
-                                          primitive.objectToWorld, primitive.reversed != instance.reversed));
-    }
-  }
-
-  // Facets of curved surfaces: as fine as the most demanding of their placements asks.
-  std::vector<DiceInput> dice;
-  dice.reserve(placements_.size());
-  for (const Placement& p : placements_)
-    dice.push_back({traced_[p.traced].surface.get(), p.objectToWorld, attributes(p).shadingRate});
-  {
-    PhaseTimer timer("Tessellate");
-    std::vector<uint32_t> cells(placements_.size(), 0);
-    tbb::parallel_for(size_t{0}, placements_.size(), [&](size_t k) {
-      if (!dice[k].surface->isFlat()) cells[k] = traceCells(camera, dice[k]);
-    });
-    for (size_t k = 0; k < placements_.size(); ++k) {
-      TracedSurface& traced = traced_[placements_[k].traced];
-      traced.cells = std::max(traced.cells, cells[k]);
-    }
-    tbb::parallel_for(size_t{0}, traced_.size(), [&](size_t k) {
-      TracedSurface& traced = traced_[k];
-      if (traced.cells == 0) return;
-      const size_t row = traced.cells + 1;
-      traced.grid.resize(row * row * traced.surface->faceCount());
-      traced.surface->tessellate(traced.cells, traced.grid);
-      for (V3f& p : traced.grid) p = transformPoint(p, traced.toMesh);
-      facetCount += static_cast<int64_t>(traced.cells) * traced.cells * traced.surface->faceCount();
-    });
-  }
-  {
-    PhaseTimer timer("Dice");
-    patches_ = std::make_unique<PatchTable>(camera, dice);
-    patchCount += static_cast<int64_t>(patches_->size());
-    if (patches_->limited())
-      errors.report(Severity::Warning, RiError::LimitCheck, {},
-                    "too many micropolygons: some patches stay coarser than ShadingRate asks");
-  }
+  instancesOf_.resize(scene.objects.size());
+  for (const Instance& instance : scene.instances) place(instance);
   for (const Placement& p : placements_) {
-    const Box3f box = surface(p).bound();
-    for (int corner = 0; corner < 8; ++corner)
-      bound_.extendBy(transformPoint({corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                                      corner & 4 ? box.max.z : box.min.z},
-                                     p.objectToWorld));
+    const Box3f box = transformed(traced_[p.traced].bound, p.objectToWorld);
+    bound_.extendBy(box);
   }
-  size_t bytes = patches_->memory();
-  for (const TracedSurface& traced : traced_)
-    bytes += traced.grid.size() * sizeof(V3f) + traced.surface->memory();
-  setStatistic("Memory/geometry MB", static_cast<double>(bytes) / 1048576);
+  makeUnits();
+  patches_ = std::make_unique<PatchTable>(camera_, placements_.size(), [this](uint32_t placement) {
+    const Placement& p = placements_[placement];
+    return DiceInput{&surface(p), p.objectToWorld, attributes(p).shadingRate};
+  });
+}
+
+Geometry::~Geometry() = default;
+
+void Geometry::makeUnits() {
+  constexpr float kFacets = 2048;  // wanted in a unit: enough that its structure is not mostly overhead
+  struct Key {
+    uint32_t group, visibility;
+    bool oneSided;
+    uint32_t code, traced;
+    auto operator<=>(const Key&) const = default;
+  };
+  Box3f all;
+  for (const TracedSurface& traced : traced_) all.extendBy(transformed(traced.bound, traced.toMesh));
+  std::vector<Key> keys;
+  for (uint32_t k = 0; k < traced_.size(); ++k) {
+    const TracedSurface& traced = traced_[k];
+    if (made_[k] && made_[k]->isFlat() && made_[k]->faceCount() <= kFewFaces) continue;
+    const Attributes* own = attributes(traced);
+    keys.push_back({traced.group, own ? own->visibility : uint32_t{kAnyRay}, own && own->oneSided,
+                    mortonCode(transformed(traced.bound, traced.toMesh).center(), all), k});
+  }
+  std::sort(keys.begin(), keys.end());
+  float facets = kFacets;
+  for (size_t i = 0; i < keys.size(); ++i) {
+    const Key& key = keys[i];
+    TracedSurface& traced = traced_[key.traced];
+    const auto kind = [](const Key& a) { return std::tie(a.group, a.visibility, a.oneSided); };
+    if (facets >= kFacets || kind(keys[i - 1]) != kind(key)) {
+      units_.push_back({{}, {}, key.visibility, key.oneSided});
+      facets = 0;
+    }
+    SurfaceUnit& unit = units_.back();
+    const Box3f box = padded(transformed(padded(traced.bound), traced.toMesh));
+    facets += guessFacets(*traced.primitive, box, camera_);
+    unit.bound.extendBy(box);
+    traced.unit = static_cast<uint32_t>(units_.size() - 1);
+    traced.member = static_cast<uint32_t>(unit.members.size());
+    unit.members.push_back(key.traced);
+  }
+  tessellations_ = std::make_unique<TessellationCache>(
+      units_.size(), static_cast<size_t>(std::max(scene_.options.geometryCacheKb, 0)) * 1024);
+}
+
+std::vector<M44f> Geometry::placesOf(uint32_t traced) const {
+  const uint32_t group = traced_[traced].group;
+  if (group == kNone) return {placements_[traced].objectToWorld};
+  std::vector<M44f> places;
+  for (const uint32_t instance : instancesOf_[group])
+    places.push_back(
+        placements_[instances_[instance].firstPlacement + traced - groups_[group].first].objectToWorld);
+  return places;
+}
+
+std::unique_ptr<Tessellation> Geometry::tessellate(uint32_t index) const {
+  const SurfaceUnit& unit = units_[index];
+  auto result = std::make_unique<Tessellation>();
+  size_t count = 0;
+  for (const uint32_t k : unit.members) {
+    const Surface& made = surface(k);
+    uint32_t cells = 0;
+    if (!made.isFlat()) {
+      cells = cells_[k].load(std::memory_order_relaxed);
+      if (cells == 0) cells_[k] = cells = traceCells(camera_, made, placesOf(k));
+    }
+    result->cells.push_back(cells);
+    result->first.push_back(count);
+    if (cells > 0) count += size_t{cells + 1} * (cells + 1) * made.faceCount();
+    facetCount += static_cast<int64_t>(cells) * cells * made.faceCount();
+  }
+  if (count > 0) result->vertices.resize(count + 1);  // Embree reads 16 bytes of the last one, too
+  for (size_t m = 0; m < unit.members.size(); ++m) {
+    if (result->cells[m] == 0) continue;
+    const Surface& made = surface(unit.members[m]);
+    const size_t row = result->cells[m] + 1;
+    const std::span<V3f> grid =
+        std::span(result->vertices).subspan(result->first[m], row * row * made.faceCount());
+    made.tessellate(result->cells[m], grid);
+    for (V3f& p : grid) p = transformPoint(p, traced_[unit.members[m]].toMesh);
+  }
+  return result;
+}
+
+std::unique_ptr<Tessellation> Geometry::leaveOut(uint32_t index, std::string_view why) const {
+  const SurfaceUnit& unit = units_[index];
+  errors_.report(Severity::Error, RiError::OutOfMemory, traced_[unit.members.front()].primitive->where,
+                 fmt::format("{} primitive(s) from here on are left out: {}", unit.members.size(), why));
+  auto result = std::make_unique<Tessellation>();
+  result->cells.resize(unit.members.size());
+  result->first.resize(unit.members.size());
+  return result;
+}
+
+uint32_t Geometry::cells(uint32_t traced) const {
+  const TracedSurface& t = traced_[traced];
+  if (t.unit == kNone || surface(traced).isFlat()) return 0;
+  return TessellationCache::Reader(*tessellations_).get(t.unit).cells[t.member];
+}
+
+void Geometry::reportMemory() const {
+  constexpr double kMegabyte = 1048576;
+  setStatistic("Memory/surfaces MB", static_cast<double>(surfaceBytes_) / kMegabyte);
+  setStatistic("Memory/patches MB", static_cast<double>(patches_->memory()) / kMegabyte);
+  setStatistic("Memory/tessellations, most MB", static_cast<double>(tessellations_->peak()) / kMegabyte);
+  setStatistic("Memory/tessellations, budget MB", static_cast<double>(tessellations_->budget()) / kMegabyte);
+  setStatistic("Geometry/units", static_cast<double>(units_.size()));
+  if (patches_->limited())
+    errors_.report(Severity::Warning, RiError::LimitCheck, {},
+                   "too many micropolygons: some patches stay coarser than ShadingRate asks");
+  if (tessellations_->peak() > tessellations_->budget() + tessellations_->budget() / 20)
+    errors_.report(
+        Severity::Warning, RiError::LimitCheck, {},
+        fmt::format("facets took {:.1f} MB at a time, more than geocachememory ({:.1f} MB): a single "
+                    "surface is larger, or those that rays meet at once are",
+                    static_cast<double>(tessellations_->peak()) / kMegabyte,
+                    static_cast<double>(tessellations_->budget()) / kMegabyte));
 }
 
 void Geometry::facetCorners(uint32_t placement, uint32_t face, float u, float v, V3f out[3],
                             V2f& weights) const {
-  const TracedSurface& traced = traced_[placements_[placement].traced];
+  const uint32_t index = placements_[placement].traced;
+  const TracedSurface& traced = traced_[index];
+  const Surface& made = surface(index);
   V3f quad[4];
-  if (traced.cells == 0) {
-    traced.surface->corners(face, quad);
-    const bool triangle = traced.surface->faceShape(face) == FaceShape::Triangle;
+  bool found = false;
+  if (traced.unit != kNone && !made.isFlat()) {
+    TessellationCache::Reader reader(*tessellations_);
+    const Tessellation& tessellation = reader.get(traced.unit);
+    if (const uint32_t cells = tessellation.cells[traced.member]; cells > 0) {
+      const uint32_t row = cells + 1;
+      const float x = u * static_cast<float>(cells), y = v * static_cast<float>(cells);
+      const uint32_t i = std::min(static_cast<uint32_t>(std::max(x, 0.0f)), cells - 1);
+      const uint32_t j = std::min(static_cast<uint32_t>(std::max(y, 0.0f)), cells - 1);
+      const V3f* corner =
+          &tessellation
+               .vertices[tessellation.first[traced.member] + size_t{face} * row * row + size_t{j} * row + i];
+      quad[0] = corner[0], quad[1] = corner[1], quad[2] = corner[row], quad[3] = corner[row + 1];
+      u = x - static_cast<float>(i), v = y - static_cast<float>(j);
+      found = true;
+    }
+  }
+  if (!found) {
+    made.corners(face, quad);
+    const bool triangle = made.faceShape(face) == FaceShape::Triangle;
     for (int k = 0; k < (triangle ? 3 : 4); ++k) quad[k] = transformPoint(quad[k], traced.toMesh);
     if (triangle) u = std::min(u, 1 - v);
-  } else {
-    const uint32_t row = traced.cells + 1;
-    const float x = u * static_cast<float>(traced.cells), y = v * static_cast<float>(traced.cells);
-    const uint32_t i = std::min(static_cast<uint32_t>(std::max(x, 0.0f)), traced.cells - 1);
-    const uint32_t j = std::min(static_cast<uint32_t>(std::max(y, 0.0f)), traced.cells - 1);
-    const V3f* corner = &traced.grid[size_t{face} * row * row + size_t{j} * row + i];
-    quad[0] = corner[0], quad[1] = corner[1], quad[2] = corner[row], quad[3] = corner[row + 1];
-    u = x - static_cast<float>(i), v = y - static_cast<float>(j);
   }
   const bool first = u + v <= 1;
   out[0] = first ? quad[0] : quad[3];

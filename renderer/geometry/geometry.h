@@ -2,22 +2,36 @@
 // All geometry of a frame: the surface of every primitive, its facets for tracing, and where each is placed.
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "renderer/geometry/patches.h"
 #include "renderer/geometry/surface.h"
+#include "renderer/geometry/tessellation_cache.h"
 
 namespace patina {
 
-/// A surface as it is traced. Flat surfaces are traced by their faces and keep no vertices here.
+/// A surface as it is traced: by its faces where they are flat, else by facets that are made when a ray comes
+/// near.
 struct TracedSurface {
   const Primitive* primitive = nullptr;
-  std::unique_ptr<Surface> surface;
-  M44f toMesh;         ///< primitive space to mesh space: world space, or the object's space inside an object
-  uint32_t cells = 0;  ///< facets along u and v of each face; 0 = flat
-  std::vector<V3f> grid;   ///< mesh space; face f at f * (cells+1)^2, rows along u
+  M44f toMesh;             ///< primitive space to mesh space: world space, or the object's inside an object
+  Box3f bound;             ///< primitive space
   uint32_t group = kNone;  ///< the object that it belongs to; kNone = the world
+  uint32_t unit = kNone;   ///< index of Geometry::units; kNone: traced from the beginning
+  uint32_t member = 0;     ///< of the unit
+};
+
+/// Surfaces near each other, of one group, that are made, tessellated and given a structure for rays
+/// together, when the first ray meets their bound.
+struct SurfaceUnit {
+  std::vector<uint32_t> members;  ///< indices of Geometry::traced()
+  Box3f bound;                    ///< mesh space
+  uint32_t visibility;            ///< RayMask of all members
+  bool oneSided;                  ///< all members are
 };
 
 /// A primitive at its place in the world; instances of an object have one for each primitive of it.
@@ -27,8 +41,8 @@ struct Placement {
   uint32_t instance;                  ///< index of Geometry::instances; kNone = the world
   M44f objectToWorld, worldToObject;  ///< primitive space
   float normalSign;                   ///< -1: the outside is opposite to dPdu x dPdv of primitive space
-  float facetSign;   ///< the same for the cross product of edges taken in world space
-  float meshSign;    ///< the same for the cross product taken in mesh space, brought to world space as a normal
+  float facetSign;                    ///< the same for the cross product of edges taken in world space
+  float meshSign;  ///< the same for the cross product taken in mesh space, brought to world space as a normal
 };
 
 struct PlacedInstance {
@@ -47,12 +61,15 @@ struct Facet {
 
 class Geometry {
  public:
-  /// Builds, places, tessellates and dices everything in `scene` that some ray may meet. Errors are reported
-  /// per primitive and leave it out. `scene` must outlive the geometry.
+  /// Bounds and places everything in `scene` that some ray may meet; surfaces, facets and patches are made
+  /// when they are asked for. Errors are reported per primitive and leave it out; those of meshes when they
+  /// are made. `scene` and `errors` must outlive the geometry.
   Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors);
+  ~Geometry();
 
   const Scene& scene() const { return scene_; }
   const std::vector<TracedSurface>& traced() const { return traced_; }
+  const std::vector<SurfaceUnit>& units() const { return units_; }
   const std::vector<Placement>& placements() const { return placements_; }
   const std::vector<PlacedInstance>& instances() const { return instances_; }
   const PatchTable& patches() const { return *patches_; }
@@ -60,22 +77,60 @@ class Geometry {
   std::pair<uint32_t, uint32_t> groupRange(uint32_t object) const { return groups_[object]; }
   const Box3f& bound() const { return bound_; }  ///< world space
 
-  const Surface& surface(const Placement& p) const { return *traced_[p.traced].surface; }
+  /// A traced surface, made if nobody asked for it before; it stays. One that turns out to make no sense has
+  /// no faces. [any thread]
+  const Surface& surface(uint32_t traced) const {
+    const Surface* known = surfaces_[traced].load(std::memory_order_acquire);
+    return known ? *known : makeSurface(traced);
+  }
+  const Surface& surface(const Placement& p) const { return surface(p.traced); }
   const Attributes& attributes(const Placement& p) const { return scene_.attributes[p.attributes]; }
+  const Attributes* attributes(const TracedSurface& t) const {  ///< null: those of the instances
+    return t.primitive->attributes == kNone ? nullptr : &scene_.attributes[t.primitive->attributes];
+  }
+
+  /// Facets of the units. renderer/accel says with its setMaker() how their tracers are made out of what
+  /// tessellate() gives, before anyone reads. [any thread]
+  TessellationCache& tessellations() const { return *tessellations_; }
+  /// The facets of a unit, without a tracer. [any thread]
+  std::unique_ptr<Tessellation> tessellate(uint32_t unit) const;
+  /// Says that a unit could not be made and is left out; returns what stands for it. [any thread]
+  std::unique_ptr<Tessellation> leaveOut(uint32_t unit, std::string_view why) const;
 
   Facet facet(uint32_t placement, uint32_t face, float u, float v) const;
   /// Corners of the two triangles of a facet cell are those of Embree: (00, 10, 01) and (11, 01, 10).
   void facetCorners(uint32_t placement, uint32_t face, float u, float v, V3f out[3], V2f& weights) const;
+  /// Facets along u and v of each face; 0 = flat.
+  uint32_t cells(uint32_t traced) const;
+
+  /// Sets the statistics that are known at the end of a frame. [main]
+  void reportMemory() const;
 
  private:
-  void build(const Primitive& primitive, const M44d& toMesh, uint32_t group, const RasterCamera& camera,
-             ErrorHandler& errors);
+  void add(const Primitive& primitive, const M44d& toMesh, uint32_t group);
+  void place(const Instance& instance);
+  void makeUnits();
+  std::vector<M44f> placesOf(uint32_t traced) const;
+  const Surface& makeSurface(uint32_t traced) const;
+  Viewpoint viewpoint(const M44d& toMesh) const;
+
+  static constexpr size_t kMutexes = 64;
 
   const Scene& scene_;
+  const RasterCamera camera_;
+  ErrorHandler& errors_;
   std::vector<TracedSurface> traced_;
+  mutable std::vector<std::unique_ptr<const Surface>> made_;   ///< by traced surface; see surfaces_
+  mutable std::vector<std::atomic<const Surface*>> surfaces_;  ///< made_, for readers without a lock
+  mutable std::vector<std::atomic<uint32_t>> cells_;           ///< by traced surface; 0 = not known yet
+  mutable std::array<std::mutex, kMutexes> surfaceMutex_;      ///< by traced surface
+  mutable std::atomic<size_t> surfaceBytes_ = 0;
   std::vector<Placement> placements_;
+  std::vector<std::vector<uint32_t>> instancesOf_;  ///< by object: indices of instances_
   std::vector<PlacedInstance> instances_;
   std::vector<std::pair<uint32_t, uint32_t>> groups_;
+  std::vector<SurfaceUnit> units_;
+  std::unique_ptr<TessellationCache> tessellations_;
   std::unique_ptr<PatchTable> patches_;
   Box3f bound_;
 };

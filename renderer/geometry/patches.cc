@@ -94,10 +94,9 @@ BlockVertex Patch::blockOf(uint32_t vertex) const {
           static_cast<uint8_t>((j - bj * kBlockCells) * (kBlockCells + 1) + i - bi * kBlockCells)};
 }
 
-uint32_t PatchTable::find(uint32_t placement, uint32_t face, float u, float v) const {
-  const PlacementEntry& entry = placements_[placement];
-  if (!entry.tiled) return entry.first + face;
-  const Node* node = &nodes_[roots_[entry.first + face]];
+uint32_t PatchTable::Diced::find(uint32_t face, float u, float v) const {
+  if (nodes.empty()) return first + face;
+  const Node* node = &nodes[roots[face]];
   // Walk down, keeping (u, v) relative to the tile at hand.
   while (node->split != Node::Split::Leaf) {
     uint32_t child = 0;
@@ -124,14 +123,34 @@ uint32_t PatchTable::find(uint32_t placement, uint32_t face, float u, float v) c
           u = 1 - 2 * u, v = 1 - 2 * v;
         }
     }
-    node = &nodes_[node->first + child];
+    node = &nodes[node->first + child];
   }
-  return node->first;
+  return first + node->first;
 }
 
-size_t PatchTable::memory() const {
-  return patches_.capacity() * sizeof(Patch) + nodes_.capacity() * sizeof(Node) +
-         roots_.capacity() * sizeof(uint32_t) + placements_.capacity() * sizeof(PlacementEntry);
+PatchTable::PatchTable(const RasterCamera& camera, size_t placements,
+                       std::function<DiceInput(uint32_t)> input, size_t limit)
+    : camera_(camera),
+      input_(std::move(input)),
+      limit_(limit),
+      diced_(placements),
+      chunks_(new std::atomic<Patch*>[kMostChunks]()) {}
+
+PatchTable::~PatchTable() {
+  for (const auto& diced : diced_) delete diced.load();
+  for (size_t k = 0; k * kChunk < size_; ++k) delete[] chunks_[k].load();
+}
+
+uint32_t PatchTable::store(std::span<const Patch> patches) const {
+  const std::scoped_lock lock(storeMutex_);
+  const size_t first = size_, end = first + patches.size();
+  if (end > kMostChunks * size_t{kChunk}) throw std::bad_alloc();
+  for (size_t chunk = (first + kChunk - 1) / kChunk; chunk * kChunk < end; ++chunk)
+    chunks_[chunk].store(new Patch[kChunk], std::memory_order_release);
+  for (size_t k = 0; k < patches.size(); ++k)
+    chunks_[(first + k) / kChunk].load(std::memory_order_relaxed)[(first + k) % kChunk] = patches[k];
+  size_ = end;
+  return static_cast<uint32_t>(first);
 }
 
 }  // namespace patina

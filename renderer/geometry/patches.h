@@ -4,6 +4,10 @@
 #pragma once
 
 #include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "renderer/geometry/raster_camera.h"
@@ -103,50 +107,75 @@ struct DiceInput {
   float shadingRate;  ///< micropolygon area in pixels
 };
 
-/// All patches of a scene, made once before rendering; read-only afterwards.
+/// The patches of a scene. Those of a placement are made when the first of them is asked for, and stay.
 class PatchTable {
  public:
-  /// Cuts every face of every input into patches whose micropolygons cover about shadingRate pixels where
-  /// they are seen, and are coarser outside of the view. Never makes more than `limit` patches: beyond,
-  /// patches stay too large, and `limited()` says so.
-  PatchTable(const RasterCamera& camera, std::span<const DiceInput> inputs, size_t limit = size_t{1} << 24);
+  /// Patches of one placement, beside one for each of its faces, that make it too many.
+  static constexpr size_t kMostPatches = size_t{1} << 18;
 
-  size_t size() const { return patches_.size(); }
-  const Patch& operator[](size_t index) const { return patches_[index]; }
-  /// The patch of a placed primitive's face that holds (u, v).
-  uint32_t find(uint32_t placement, uint32_t face, float u, float v) const;
+  /// `input` describes a placement, `placements` is how many there are. Faces are cut into patches whose
+  /// micropolygons cover about shadingRate pixels where they are seen, and are coarser outside of the view.
+  /// A placement never has more than `limit` patches and one for each face: beyond, patches stay too large,
+  /// and `limited()` says so.
+  PatchTable(const RasterCamera& camera, size_t placements, std::function<DiceInput(uint32_t)> input,
+             size_t limit = kMostPatches);
+  ~PatchTable();
+
+  /// The patch of a placed primitive's face that holds (u, v). The number is the patch's for as long as the
+  /// table lives, but another one in another run: nothing that reaches the picture may depend on it.
+  /// [any thread]
+  uint32_t find(uint32_t placement, uint32_t face, float u, float v) const {
+    return diced(placement).find(face, u, v);
+  }
+  const Patch& operator[](uint32_t index) const {  ///< [any thread]
+    return chunks_[index / kChunk].load(std::memory_order_acquire)[index % kChunk];
+  }
+  /// First patch of a placement and how many it has. [any thread]
+  std::pair<uint32_t, uint32_t> patchesOf(uint32_t placement) const {
+    return {diced(placement).first, diced(placement).count};
+  }
+  size_t size() const { return size_; }  ///< patches made so far
   bool limited() const { return limited_; }
-  size_t memory() const;
+  size_t memory() const { return memory_; }
 
  private:
   struct Node {
     uint32_t first;  ///< of two (triangle: four) children, or the patch when `split` is Leaf
     enum class Split : uint8_t { Leaf, U, V, Triangle } split;
   };
-  struct PlacementEntry {
-    uint32_t first;  ///< patch of face 0 when every face is one patch, else root node of face 0
-    bool tiled;      ///< faces are trees: the root of face f is roots_[first + f]
+  /// A placement that is diced. Patches count from `first`; without nodes, patch f is all of face f.
+  struct Diced {
+    uint32_t first = 0, count = 0;
+    std::vector<uint32_t> roots;  ///< node of each face
+    std::vector<Node> nodes;
+    uint32_t find(uint32_t face, float u, float v) const;
   };
-  struct Tile {
-    float u0, v0, du, dv;
-    float cellsU, cellsV, spacing;  ///< wanted
-  };
-  Tile measure(const RasterCamera& camera, const DiceInput& input, uint32_t face, float u0, float v0,
-               float du, float dv) const;
-  void split(const RasterCamera& camera, const DiceInput& input, uint32_t placement, uint32_t face,
-             const Tile& tile, uint32_t node, int depth);
-  void addPatch(const DiceInput& input, uint32_t placement, uint32_t face, const Tile& tile);
+  class Dicer;
 
-  std::vector<Patch> patches_;
-  std::vector<PlacementEntry> placements_;
-  std::vector<uint32_t> roots_;
-  std::vector<Node> nodes_;
-  size_t limit_;
-  bool limited_ = false;
+  const Diced& diced(uint32_t placement) const {
+    const Diced* known = diced_[placement].load(std::memory_order_acquire);
+    return known ? *known : dice(placement);
+  }
+  const Diced& dice(uint32_t placement) const;
+  uint32_t store(std::span<const Patch> patches) const;
+
+  static constexpr uint32_t kChunk = 1u << 16;
+  static constexpr size_t kMostChunks = (size_t{1} << 32) / kChunk, kMutexes = 64;
+
+  const RasterCamera camera_;
+  const std::function<DiceInput(uint32_t)> input_;
+  const size_t limit_;
+  mutable std::vector<std::atomic<const Diced*>> diced_;   ///< by placement
+  mutable std::unique_ptr<std::atomic<Patch*>[]> chunks_;  ///< kChunk patches each
+  mutable std::array<std::mutex, kMutexes> diceMutex_;     ///< by placement: nothing is diced twice
+  mutable std::mutex storeMutex_;
+  mutable std::atomic<size_t> size_ = 0, memory_ = 0;
+  mutable std::atomic<bool> limited_ = false;
 };
 
-/// Cells along the edges of every face for tracing a surface that is not flat: fine enough that the facets
-/// stay within about a twentieth of a pixel of the surface where it is seen. A power of two.
-uint32_t traceCells(const RasterCamera& camera, const DiceInput& input);
+/// Cells along the edges of every face for tracing a surface that is not flat and stands where
+/// `objectToWorld` says: fine enough that the facets stay within about a twentieth of a pixel of the surface
+/// where it is seen, and turn little where they are wider than a pixel. A power of two.
+uint32_t traceCells(const RasterCamera& camera, const Surface& surface, std::span<const M44f> objectToWorld);
 
 }  // namespace patina

@@ -71,6 +71,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
     film->flush();  // after an interruption, finished tiles may still wait for their neighbours
     integrator->finish();
     world.summarize(errors);
+    world.geometry().reportMemory();
     if (const auto refused = film->refusedCount())
       errors.report(Severity::Warning, RiError::Math, {},
                     std::to_string(refused) + " camera samples were not finite and count as black");

@@ -87,8 +87,9 @@ void Emitters::add(const Geometry& geometry, uint32_t index) {
     }
   }
 
-  const uint32_t cells = std::max(traced.cells, 1u);
-  bool rectangles = traced.cells == 0;
+  const uint32_t facets = geometry.cells(placement.traced);
+  const uint32_t cells = std::max(facets, 1u);
+  bool rectangles = facets == 0;
   const auto corner = [&](uint32_t face, float u, float v) { return geometry.facet(index, face, u, v).P; };
   const auto parameters = [&](uint32_t face, float u, float v) {
     return surface.surfaceParameters(face, u, v);

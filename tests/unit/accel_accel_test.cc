@@ -105,7 +105,7 @@ void expectConsistent(Fixture& f, const Ray& ray, const Hit& hit) {
       const V3f d = frame.toWorld(local);
       const Hit again = f.accel->intersect({leave(facet, d), d, 0, kInfinity, kDiffuseRay});
       if (again.valid() && again.placement == hit.placement && again.face == hit.face &&
-          f.geometry->traced()[f.geometry->placements()[hit.placement].traced].cells == 0)
+          f.geometry->cells(f.geometry->placements()[hit.placement].traced) == 0)
         FAIL() << "flat face met by its own ray at t = " << again.t;
     }
   }

@@ -138,9 +138,11 @@ TEST(PatchTable, MicropolygonsCoverTheShadingRate) {
   const Plane plane(FaceShape::Quad, 8, 4);
   for (const float rate : {1.0f, 4.0f, 16.0f}) {
     const DiceInput input{&plane, M44f(), rate};
-    const PatchTable table(lookingCamera(), {&input, 1});
+    const PatchTable table(lookingCamera(), 1, [&](uint32_t) { return input; });
+    table.find(0, 0, 0, 0);
     double cells = 0;
-    for (size_t k = 0; k < table.size(); ++k) cells += double{1} * table[k].cellsU * table[k].cellsV;
+    for (size_t k = 0; k < table.size(); ++k)
+      cells += double{1} * table[static_cast<uint32_t>(k)].cellsU * table[static_cast<uint32_t>(k)].cellsV;
     EXPECT_GT(cells, 320000 / rate / 2.01);
     EXPECT_LT(cells, 320000 / rate * 2.01);
     EXPECT_FALSE(table.limited());
@@ -153,10 +155,12 @@ TEST(PatchTable, EveryPointHasThePatchThatHoldsIt) {
   for (const FaceShape shape : {FaceShape::Quad, FaceShape::Triangle}) {
     const Plane plane(shape, 900, 300);  // most of it out of view: patches of all sizes
     const DiceInput input{&plane, M44f(), 1};
-    const PatchTable table(lookingCamera(), {&input, 1});
+    const PatchTable table(lookingCamera(), 1, [&](uint32_t) { return input; });
+    table.find(0, 0, 0, 0);
     EXPECT_GT(table.size(), 1000u);
     double area = 0;
-    for (size_t k = 0; k < table.size(); ++k) area += std::abs(double{table[k].du} * table[k].dv);
+    for (size_t k = 0; k < table.size(); ++k)
+      area += std::abs(double{table[static_cast<uint32_t>(k)].du} * table[static_cast<uint32_t>(k)].dv);
     EXPECT_NEAR(area, 1, 1e-9);
     for (int k = 0; k < 20000; ++k) {
       V2f p(uniform(random), uniform(random));
@@ -173,14 +177,17 @@ TEST(PatchTable, APlaneThroughTheEyeStaysBounded) {
   Options options;
   const Plane plane(FaceShape::Quad, 1e6f, 1e6f);
   const DiceInput input{&plane, M44f(), 1};
-  const PatchTable table(RasterCamera(camera, options), {&input, 1}, 100000);
+  const PatchTable table(
+      RasterCamera(camera, options), 1, [&](uint32_t) { return input; }, 100000);
+  table.find(0, 0, 0.5f, 0.5f);
   EXPECT_LE(table.size(), 100100u);
 }
 
 TEST(PatchTable, TinyFacesAreOneValue) {
   const Plane plane(FaceShape::Quad, 0.004f, 0.004f);  // 0.4 pixels
   const DiceInput input{&plane, M44f(), 1};
-  const PatchTable table(lookingCamera(), {&input, 1});
+  const PatchTable table(lookingCamera(), 1, [&](uint32_t) { return input; });
+  table.find(0, 0, 0, 0);
   ASSERT_EQ(table.size(), 1u);
   EXPECT_EQ(table[0].vertexCount(Level::Fine), 1u);
 }

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfaces as Embree geometries.
+#include "renderer/accel/embree_scene.h"
+
+#include <limits>
+#include <stdexcept>
+
+namespace patina {
+
+EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality)
+    : device_(device), geometry_(geometry), scene_(rtcNewScene(device)) {
+  rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene_, quality);
+}
+
+EmbreeScene::~EmbreeScene() { rtcReleaseScene(scene_); }
+
+EmbreeScene::Part& EmbreeScene::part(uint32_t traced, Kind kind) {
+  const Attributes* own = geometry_.attributes(geometry_.traced()[traced]);
+  std::unique_ptr<Part>& part =
+      open_[{kind, own ? own->visibility : uint32_t{kAnyRay}, own && own->oneSided}];
+  if (!part) {
+    part = std::make_unique<Part>();
+    part->geometry = &geometry_;
+  }
+  return *part;
+}
+
+void EmbreeScene::addFlat(uint32_t traced) {
+  const Surface& surface = geometry_.surface(traced);
+  const M44f& toMesh = geometry_.traced()[traced].toMesh;
+  for (uint32_t face = 0; face < surface.faceCount(); ++face) {
+    const bool quad = surface.faceShape(face) == FaceShape::Quad;
+    Part& to = part(traced, quad ? Kind::Quads : Kind::Triangles);
+    V3f c[4];
+    surface.corners(face, c);
+    const auto base = static_cast<uint32_t>(to.vertices.size());
+    for (int i = 0; i < (quad ? 4 : 3); ++i) to.vertices.push_back(transformPoint(c[i], toMesh));
+    if (quad)
+      to.indices.insert(to.indices.end(), {base, base + 1, base + 3, base + 2});
+    else
+      to.indices.insert(to.indices.end(), {base, base + 1, base + 2});
+    to.owners.push_back({traced, face});
+  }
+}
+
+void EmbreeScene::addFacets(uint32_t traced, uint32_t cells, size_t first, std::span<const V3f> vertices) {
+  Part& to = part(traced, Kind::Grids);
+  to.shared = vertices;
+  const auto row = static_cast<uint16_t>(cells + 1);
+  for (uint32_t face = 0; face < geometry_.surface(traced).faceCount(); ++face) {
+    const size_t begin = first + size_t{face} * row * row;
+    if (begin > std::numeric_limits<uint32_t>::max()) throw std::length_error("too many facets in one unit");
+    to.grids.push_back({static_cast<uint32_t>(begin), row, row, row});
+    to.owners.push_back({traced, face});
+  }
+}
+
+void EmbreeScene::attach() {
+  for (auto& [key, part] : open_) {
+    RTCGeometry shape;
+    if (key.kind == Kind::Grids) {
+      shape = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_GRID);
+      rtcSetSharedGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, part->shared.data(), 0,
+                                 sizeof(V3f), part->shared.size());
+      auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(
+          shape, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), part->grids.size()));
+      std::copy(part->grids.begin(), part->grids.end(), grids);
+    } else {
+      const bool quads = key.kind == Kind::Quads;
+      shape = rtcNewGeometry(device_, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
+      auto* vertices = static_cast<V3f*>(rtcSetNewGeometryBuffer(
+          shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), part->vertices.size()));
+      std::copy(part->vertices.begin(), part->vertices.end(), vertices);
+      auto* indices = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
+          shape, RTC_BUFFER_TYPE_INDEX, 0, quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3,
+          sizeof(uint32_t) * (quads ? 4 : 3), part->owners.size()));
+      std::copy(part->indices.begin(), part->indices.end(), indices);
+    }
+    part->vertices = {}, part->indices = {}, part->grids = {};
+    part->owners.shrink_to_fit();
+    rtcSetGeometryMask(shape, key.visibility);
+    if (key.oneSided) {
+      rtcSetGeometryUserData(shape, part.get());
+      rtcSetGeometryIntersectFilterFunction(shape, cullBackFaces);
+      rtcSetGeometryOccludedFilterFunction(shape, cullBackFaces);
+    }
+    rtcCommitGeometry(shape);
+    rtcAttachGeometry(scene_, shape);  // numbers them from 0 on
+    rtcReleaseGeometry(shape);
+    parts_.push_back(std::move(part));
+  }
+  open_.clear();
+}
+
+/// RI Sides 1: only the outside of a surface is met.
+void EmbreeScene::cullBackFaces(const RTCFilterFunctionNArguments* args) {
+  const Part& part = *static_cast<const Part*>(args->geometryUserPtr);
+  for (unsigned k = 0; k < args->N; ++k) {
+    if (args->valid[k] == 0) continue;
+    const FaceOwner& owner = part.owners[RTCHitN_primID(args->hit, args->N, k)];
+    const TracedSurface& traced = part.geometry->traced()[owner.traced];
+    const V2f uv(RTCHitN_u(args->hit, args->N, k), RTCHitN_v(args->hit, args->N, k));
+    const Surface& surface = part.geometry->surface(owner.traced);
+    const V3f normal = transformNormal(surface.evaluate(owner.face, uv.x, uv.y).N, traced.toMesh.inverse()) *
+                       (traced.primitive->reversed ? -1.0f : 1.0f);
+    const V3f direction(RTCRayN_dir_x(args->ray, args->N, k), RTCRayN_dir_y(args->ray, args->N, k),
+                        RTCRayN_dir_z(args->ray, args->N, k));
+    if (normal.dot(direction) >= 0) args->valid[k] = 0;
+  }
+}
+
+}  // namespace patina

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// An Embree scene of surfaces, and what its geometries stand for.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "renderer/geometry/geometry.h"
+
+namespace patina {
+
+/// A face of an Embree geometry's primitive.
+struct FaceOwner {
+  uint32_t traced;  ///< index of Geometry::traced()
+  uint32_t face;
+};
+
+/// The faces of some surfaces: triangles, quads and grids of facets in up to three geometries for each
+/// visibility and sidedness. Holds an Embree scene; views the vertices of tessellations.
+class EmbreeScene {
+ public:
+  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality);
+  ~EmbreeScene();
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+  void addFlat(uint32_t traced);
+  /// `vertices` must outlive the scene; those of the surface begin at `first`.
+  void addFacets(uint32_t traced, uint32_t cells, size_t first, std::span<const V3f> vertices);
+  /// Makes the geometries of what was added. Once.
+  void attach();
+
+  RTCScene scene() const { return scene_; }
+  uint32_t geometries() const { return static_cast<uint32_t>(parts_.size()); }
+  const FaceOwner& owner(uint32_t geometry, uint32_t primitive) const {
+    return parts_[geometry]->owners[primitive];
+  }
+
+ private:
+  enum class Kind : uint8_t { Triangles, Quads, Grids };
+  struct Key {
+    Kind kind;
+    uint32_t visibility;
+    bool oneSided;
+    auto operator<=>(const Key&) const = default;
+  };
+  struct Part {
+    const Geometry* geometry = nullptr;
+    std::vector<FaceOwner> owners;  ///< by Embree primitive
+    std::vector<V3f> vertices;      ///< of flat faces, until they are attached
+    std::vector<uint32_t> indices;
+    std::vector<RTCGrid> grids;
+    std::span<const V3f> shared;  ///< of grids
+  };
+  Part& part(uint32_t traced, Kind kind);
+  static void cullBackFaces(const RTCFilterFunctionNArguments* args);
+
+  RTCDevice device_;
+  const Geometry& geometry_;
+  RTCScene scene_;
+  std::map<Key, std::unique_ptr<Part>> open_;
+  std::vector<std::unique_ptr<Part>> parts_;  ///< by Embree geometry
+};
+
+}  // namespace patina

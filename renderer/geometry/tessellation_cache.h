@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is made of surfaces when rays meet them, and dropped again when it takes too much memory.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "renderer/base/math.h"
+
+namespace patina {
+
+/// Facets of the surfaces of a unit, and what a traversal kernel needs of them.
+struct Tessellation {
+  /// The structure that rays are traced against; made and known by renderer/accel.
+  struct Tracer {
+    virtual ~Tracer() = default;
+  };
+
+  std::vector<uint32_t> cells;  ///< by member: facets along u and v of each face; 0 = flat, no vertices here
+  std::vector<size_t> first;    ///< by member: its first vertex; face f begins f * (cells+1)^2 behind it
+  std::vector<V3f> vertices;    ///< mesh space, rows along u
+  std::unique_ptr<Tracer> tracer;  ///< may view the vertices; the last member, so that it goes first
+
+  size_t bytes() const {  ///< without the tracer's
+    return sizeof(*this) + vertices.capacity() * sizeof(V3f) + cells.capacity() * sizeof(uint32_t) +
+           first.capacity() * sizeof(size_t);
+  }
+};
+
+/// Keeps tessellations of units within a budget of bytes. A unit is tessellated when it is first asked for,
+/// and again whenever it is asked for after it had to go; those that were met least recently go first. What a
+/// tessellation holds is a function of its unit alone.
+///
+/// Readers take no lock. What they got stays until their Reader ends (epoch-based reclamation, K. Fraser
+/// 2004, section 5.2.3): whoever drops a tessellation unlinks it, and frees it when every Reader that began
+/// before has ended or is itself waiting for a tessellation.
+class TessellationCache {
+ public:
+  /// Makes the tessellation of a unit. [any thread; different units at the same time]
+  using Make = std::function<std::unique_ptr<Tessellation>(uint32_t unit)>;
+  /// Bytes of all tracers, those that are being made included. [any thread]
+  using Measure = std::function<size_t()>;
+
+  TessellationCache(size_t units, size_t budget);
+  ~TessellationCache();
+  TessellationCache(const TessellationCache&) = delete;
+  TessellationCache& operator=(const TessellationCache&) = delete;
+
+  /// To be called before the first Reader. [main]
+  void setMaker(Make make, Measure measure);
+
+  /// A thread that looks at tessellations. One at a time per thread, and short: a ray, or a facet.
+  class Reader {
+   public:
+    explicit Reader(const TessellationCache& cache) : cache_(cache), epoch_(ownEpoch()) { begin(); }
+    ~Reader() { epoch_.store(0, std::memory_order_release); }
+    Reader(const Reader&) = delete;
+    Reader& operator=(const Reader&) = delete;
+    /// The tessellation of a unit, made now if need be: then what this Reader got before is no longer valid.
+    const Tessellation& get(uint32_t unit) {
+      Unit& wanted = cache_.units_[unit];
+      for (;;) {
+        if (const Tessellation* known = wanted.resident.load(std::memory_order_acquire)) {
+          const uint32_t clock = cache_.clock_.load(std::memory_order_relaxed);
+          if (wanted.lastMet.load(std::memory_order_relaxed) != clock)
+            wanted.lastMet.store(clock, std::memory_order_relaxed);
+          return *known;
+        }
+        // While it waits a Reader holds nothing, so that nobody waits for it.
+        epoch_.store(0, std::memory_order_release);
+        cache_.load(unit);
+        begin();
+      }
+    }
+
+   private:
+    void begin() {
+      epoch_.store(currentEpoch.load(std::memory_order_relaxed), std::memory_order_relaxed);
+      // The fence that orders this before what is read next is at the other side (Epochs::waitForReaders).
+      if (fencesReaders) std::atomic_thread_fence(std::memory_order_seq_cst);
+      std::atomic_signal_fence(std::memory_order_seq_cst);
+    }
+    const TessellationCache& cache_;
+    std::atomic<uint64_t>& epoch_;  ///< of this thread: when its Reader began; 0 = none
+  };
+
+  size_t units() const { return units_.size(); }
+  size_t budget() const { return budget_; }
+  size_t peak() const { return peak_; }  ///< most bytes in use whenever a making ended
+
+ private:
+  friend class Epochs;
+  static constinit inline std::atomic<uint64_t> currentEpoch = 1;
+  static const bool fencesReaders;  ///< the system cannot fence all threads at once
+  static constinit inline thread_local std::atomic<uint64_t>* threadEpoch = nullptr;
+  static std::atomic<uint64_t>& ownEpoch() { return threadEpoch ? *threadEpoch : takeEpoch(); }
+  static std::atomic<uint64_t>& takeEpoch();
+
+  struct Unit {
+    std::atomic<const Tessellation*> resident = nullptr;
+    std::atomic<uint32_t> lastMet = 0;  ///< value of clock_
+    std::atomic<bool> made = false;     ///< at least once
+    size_t bytes = 0;                   ///< that making it took last; guarded by `mutex`
+    std::mutex mutex;                   ///< held while it is being made
+  };
+  void load(uint32_t unit) const;
+  void makeRoom(size_t bytes) const;
+  size_t used() const { return bytes_ + measure_(); }
+
+  mutable std::vector<Unit> units_;
+  size_t budget_;
+  Make make_;
+  Measure measure_;
+  mutable std::mutex evictMutex_;
+  mutable std::vector<uint32_t> resident_;   ///< units; guarded by evictMutex_
+  mutable std::atomic<uint32_t> clock_ = 1;  ///< counts makings
+  mutable std::atomic<size_t> bytes_ = 0, peak_ = 0;
+};
+
+}  // namespace patina
