@@ -24,7 +24,7 @@ SplineBasis::SplineBasis(const CubicBasis& basis) : points_(4) {
   // The end is the neighbour's beginning, if the spline is continuous.
   for (size_t k = 0; k < 4; ++k) end_[k] = power_[0][k] + power_[1][k] + power_[2][k] + power_[3][k];
   const auto step = static_cast<size_t>(std::clamp(basis.step, 1, 4));
-  bool continuous = true;
+  bool& continuous = continuous_;
   const auto next = [&](size_t k) { return k < step ? 0 : power_[3][k - step]; };
   for (size_t k = 0; k < 4; ++k) continuous = continuous && std::abs(end_[k] - next(k)) < 1e-6;
   for (size_t k = 4 - step; k < 4; ++k) continuous = continuous && std::abs(power_[3][k]) < 1e-6;
@@ -43,6 +43,12 @@ SplineBasis::Weights SplineBasis::at(double t) const {
 SplineBasis::Weights SplineBasis::derivative(double t) const {
   Weights w;
   for (size_t k = 0; k < 4; ++k) w[k] = (3 * power_[0][k] * t + 2 * power_[1][k]) * t + power_[2][k];
+  return w;
+}
+
+SplineBasis::Weights SplineBasis::secondDerivative(double t) const {
+  Weights w;
+  for (size_t k = 0; k < 4; ++k) w[k] = 6 * power_[0][k] * t + 2 * power_[1][k];
   return w;
 }
 

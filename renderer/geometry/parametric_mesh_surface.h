@@ -26,6 +26,9 @@ class SplineBasis {
   int points() const { return points_; }
   Weights at(double t) const;
   Weights derivative(double t) const;
+  Weights secondDerivative(double t) const;
+  /// A patch ends where its neighbour, `step` points on, begins: true of all bases of RI but "power".
+  bool continuous() const { return continuous_; }
   /// Row k: the weights of Bezier point k, whose hull holds the patch. (Bilinear: the two points.)
   std::array<Weights, 4> bezier() const;
 
@@ -33,6 +36,7 @@ class SplineBasis {
   int points_;
   std::array<Weights, 4> power_{};  ///< rows t^3 t^2 t 1
   Weights end_{};
+  bool continuous_ = true;
 };
 
 /// One quad face per patch, row by row along u. Face (i, j) has the control points from (i * ustep, j *

@@ -46,8 +46,8 @@ bool truth(const ParamList& params, std::string_view token, bool fallback) {
 
 /// Name spaces that no picture depends on: how other renderers cut surfaces up and what they leave out
 /// unseen.
-constexpr std::string_view kHintAttributes[] = {"user",       "grouping", "cull",   "dice",
-                                                "procedural", "shade",    "stitch", "stochastic"};
+constexpr std::string_view kHintAttributes[] = {"user",  "grouping", "cull",      "procedural",
+                                                "shade", "stitch",   "stochastic"};
 
 void markAllUsed(const ParamList& params) {
   for (const Param& param : params) param.used = true;
@@ -212,6 +212,10 @@ void SceneBuilder::attribute(std::string_view name, const ParamList& params, con
       attributes.visibility =
           none ? attributes.visibility & ~kTransmissionRay : attributes.visibility | kTransmissionRay;
     }
+    markAllUsed(params);
+  } else if (name == "dice") {
+    // The rest says how other renderers cut surfaces up: no picture depends on it.
+    state_.roundCurves = truth(params, "roundcurve", state_.roundCurves);
     markAllUsed(params);
   } else if (name == "displacementbound") {
     displacementBound(params);

@@ -14,15 +14,19 @@ void SceneBuilder::curves(std::string_view type, Ints vertexCounts, std::string_
   curves.cubic = type == "cubic";
   curves.periodic = wrap == "periodic";
   curves.basis = state_.basisV;
+  curves.round = state_.roundCurves;
   if (!curves.cubic && type != "linear")
     return error(RiError::BadToken, at, fmt::format("Curves \"{}\": expected linear or cubic", type));
   if (!curves.periodic && wrap != "nonperiodic")
     return error(RiError::BadToken, at, fmt::format("Curves \"{}\": expected periodic or nonperiodic", wrap));
-  for (const int count : vertexCounts)
-    if (patchCount(curves.cubic, count, curves.basis.step, curves.periodic) == 0)
+  if (vertexCounts.empty()) return;  // nothing to draw
+  for (size_t k = 0; k < vertexCounts.size(); ++k)
+    if (patchCount(curves.cubic, vertexCounts[k], curves.basis.step, curves.periodic) == 0)
       return error(
           RiError::Consistency, at,
-          fmt::format("Curves are left out: {} points make no whole number of {} segments", count, type));
+          fmt::format("Curves are left out: {} points make no whole number of {} segments{} (curve {})",
+                      vertexCounts[k], type,
+                      curves.cubic ? fmt::format(" at the basis' step of {}", curves.basis.step) : "", k));
   curves.vertexCounts.assign(vertexCounts.begin(), vertexCounts.end());
   addPrimitive(std::move(curves), params, at);
 }

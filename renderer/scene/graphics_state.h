@@ -26,6 +26,7 @@ struct GraphicsState {
   std::optional<Rgb> bxdfColor;   ///< the modern dialect's surface colour stands in for Color
 
   CubicBasis basisU, basisV;
+  bool roundCurves = false;  ///< Attribute "dice" "roundcurve"
   float detail = kInfinity;  ///< area in pixels of the Detail bound
   std::array<float, 4> detailRange{0, 0, kInfinity, kInfinity};
 };

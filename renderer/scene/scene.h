@@ -137,7 +137,8 @@ struct SubdivisionMesh {
 struct CurveSet {
   bool cubic = false;
   bool periodic = false;
-  CubicBasis basis;  ///< of cubic curves
+  bool round = false;  ///< Attribute "dice" "roundcurve": tubes where no "N" makes them ribbons
+  CubicBasis basis;    ///< of cubic curves
   std::vector<int> vertexCounts;
 };
 

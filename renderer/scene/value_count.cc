@@ -69,7 +69,8 @@ ValueCounts valueCounts(const Shape& shape, size_t vertexCount) {
 }
 
 int patchCount(bool bicubic, int count, int step, bool periodic) {
-  if (!bicubic) return periodic ? (count >= 2 ? count : 0) : std::max(0, count - 1);
+  if (count < 2) return 0;
+  if (!bicubic) return periodic ? count : count - 1;
   const int span = periodic ? count : count - 4;
   if (count < 4 || step < 1 || span % step != 0) return 0;
   return periodic ? span / step : span / step + 1;

@@ -135,6 +135,37 @@ TEST(Primitives, BasisIsAnAttribute) {
   EXPECT_EQ(std::get<ParametricMesh>(built.world().primitives.at(1).shape).basisU.step, 3);
 }
 
+TEST(Primitives, CurvesMustComeOut) {
+  const Built built = inWorld(
+      "Curves \"cubic\" [4 6] \"nonperiodic\" \"P\" []\nCurves \"linear\" [1] \"periodic\" \"P\" []\n"
+      "Curves \"quadratic\" [3] \"nonperiodic\" \"P\" []\nCurves \"linear\" [2] \"around\" \"P\" []\n"
+      "Curves \"linear\" [2 2] \"nonperiodic\" \"P\" [0 0 0 1 1 1]\nCurves \"linear\" [] \"nonperiodic\" "
+      "\"P\" []\n"
+      "Basis \"b-spline\" 1 \"b-spline\" 1 Curves \"cubic\" [-2147483648] \"nonperiodic\" \"P\" []");
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre("t.rib:2:1: error: consistency: Curves are left out: 6 points make no whole number of "
+                  "cubic segments at the basis' step of 3 (curve 1)",
+                  "t.rib:3:1: error: consistency: Curves are left out: 1 points make no whole number of "
+                  "linear segments (curve 0)",
+                  HasSubstr("t.rib:4:1: error: badtoken: Curves \"quadratic\": expected linear or cubic"),
+                  HasSubstr("Curves \"around\": expected periodic or nonperiodic"),
+                  HasSubstr("\"P\" has 6 numbers, expected 12 (4 points)"),
+                  HasSubstr("-2147483648 points make no whole number")));
+}
+
+TEST(Primitives, RoundCurvesAreAnAttribute) {
+  const Built built = buildClean(
+      "WorldBegin Curves \"linear\" [2] \"nonperiodic\" \"P\" [0 0 0 1 0 0] AttributeBegin "
+      "Attribute \"dice\" \"int roundcurve\" [1] \"int hair\" [1] "
+      "Curves \"linear\" [2] \"nonperiodic\" \"P\" [0 0 0 1 0 0] Attribute \"dice\" \"int binary\" [1] "
+      "Curves \"linear\" [2] \"nonperiodic\" \"P\" [0 0 0 1 0 0] AttributeEnd "
+      "Curves \"linear\" [2] \"nonperiodic\" \"P\" [0 0 0 1 0 0] WorldEnd");
+  std::vector<bool> round;
+  for (const Primitive& p : built.world().primitives) round.push_back(std::get<CurveSet>(p.shape).round);
+  EXPECT_THAT(round, ElementsAre(false, true, true, false));
+}
+
 TEST(Primitives, SubdivisionTagsTakeTheirShares) {
   const Built built = inWorld(
       "SubdivisionMesh \"catmull-clark\" [4] [0 1 2 3] [\"crease\" \"interpolateboundary\" \"corner\"] [2 1 "

@@ -43,6 +43,21 @@ TEST(StandardSurfaces, Constant) {
   EXPECT_FALSE(shader->active(PATINA_ENTRY_VIEW));
 }
 
+TEST(StandardSurfaces, ShowSt) {
+  const BoundShader shader("showst", {});
+  Batch batch = surfacePoints(shader);
+  PatinaRadiosityOut out = batch.radiosityOut();
+  ASSERT_EQ(shader->radiosity(batch.points, out), PATINA_OK);
+  for (uint32_t i = 0; i < 20; ++i) {
+    const float s = batch.points.s.data[i * batch.points.s.stride],
+                t = batch.points.t.data[i * batch.points.t.stride];
+    const auto shown = [](float x) { return x >= 0 && x <= 1 ? x : x - std::floor(x); };
+    expectNear(get(out.emission, i), times({shown(s), shown(t), 0}, kOs));
+    expectNear(get(out.reflectance, i), kBlack);
+    expectNear(get(out.opacity, i), kOs);
+  }
+}
+
 TEST(StandardSurfaces, Matte) {
   const Triple emission{3, 2, 1};
   const BoundShader shader(
