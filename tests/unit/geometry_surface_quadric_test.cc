@@ -165,6 +165,123 @@ TEST(QuadricSurface, TessellationIsEvaluation) {
   }
 }
 
+// ---- Every partial form -----------------------------------------------------------------------------------
+
+/// P, dPdu, dPdv and N of a quadric against its closed form in double. Derivatives of the form are central
+/// differences of fourth order: their error is about 1e-11 of the size. Tolerances are those of float: a few
+/// roundings (6e-8) of the quadric's size, and of the derivatives' lengths.
+template <typename Form>
+void checkAll(const Primitive& p, const Form& form) {
+  const auto s = make(p);
+  ASSERT_TRUE(s);
+  const Box3f box = s->bound();
+  const double size = static_cast<double>((box.max - box.min).length() + maxAbsComponent(box.max));
+  const auto unit = [](const V3d& n) { return n / std::sqrt(n.dot(n)); };
+  for (const double v : {0.0, 0.0625, 0.375, 0.5, 0.84375, 1.0})
+    for (const double u : {0.0, 0.1875, 0.5, 0.71875, 1.0}) {
+      const auto uf = static_cast<float>(u), vf = static_cast<float>(v);
+      const std::string where = "u " + std::to_string(u) + " v " + std::to_string(v);
+      const SurfacePoint q = s->evaluate(0, uf, vf);
+      EXPECT_EQ(s->surfaceParameters(0, uf, vf), V2f(uf, vf));
+      EXPECT_LE((V3d(q.P) - form(u, v)).length(), 3e-7 * size) << where;
+      EXPECT_TRUE(box.intersects(q.P)) << where;
+      constexpr double h = 1e-3;
+      const auto derivative = [&](double du, double dv) {
+        const auto at = [&](double k) { return form(u + k * h * du, v + k * h * dv); };
+        return ((at(1) - at(-1)) * 8.0 - at(2) + at(-2)) / (12 * h);
+      };
+      // The form of the paraboloid and arc sines end at the domain: there the derivative by v is left out.
+      const bool inside = v > 0.01 && v < 0.99;
+      const V3d du = derivative(1, 0), dv = inside ? derivative(0, 1) : V3d(q.dPdv);
+      EXPECT_LE((V3d(q.dPdu) - du).length(), 1e-6 * (size + du.length())) << where << q.dPdu << du;
+      EXPECT_LE((V3d(q.dPdv) - dv).length(), 1e-6 * (size + dv.length())) << where << q.dPdv << dv;
+      EXPECT_NEAR(q.N.length(), 1, 1e-6f) << where;
+      const V3d n = du.cross(dv);
+      if (n.length() > 1e-6 * size * size) {
+        EXPECT_LE((V3d(q.N) - unit(n)).length(), 2e-5) << where << q.N << unit(n);
+      } else if (v == 0 || v == 1) {  // a tip: the limit along v
+        const V3f near = s->evaluate(0, uf, v == 0 ? 0.0001f : 0.9999f).N;
+        EXPECT_LE((q.N - near).length(), 0.05f) << where << q.N << near;
+      }
+    }
+}
+
+V3d swept(double r, double degrees, double z) {
+  const double a = degrees * std::numbers::pi / 180;
+  return {r * std::cos(a), r * std::sin(a), z};
+}
+
+TEST(QuadricSurface, PartialForms) {
+  // Angles that are cut: beyond a whole turn either way.
+  const auto turn = [](float theta) { return std::clamp(static_cast<double>(theta), -360.0, 360.0); };
+  const auto mixed = [](double v, float a, float b) {
+    return static_cast<double>(a) * (1 - v) + static_cast<double>(b) * v;
+  };
+  for (const float theta : {360.0f, 37.5f, -90.0f, -222.0f, 271.0f, 720.0f, -1000.0f}) {
+    const double t = turn(theta);
+    for (const auto& [r, low, high] :
+         {std::array{2.0f, -2.0f, 2.0f}, std::array{2.0f, -1.0f, 1.5f}, std::array{2.0f, 1.5f, -1.0f},
+          std::array{2.0f, 0.5f, 9.0f}, std::array{-2.0f, -1.0f, 1.0f}, std::array{-2.0f, -2.0f, 2.0f}}) {
+      const auto latitude = [&, radius = r](float z) {
+        return std::asin(std::clamp(static_cast<double>(z) / static_cast<double>(radius), -1.0, 1.0));
+      };
+      const double from = latitude(low), to = latitude(high), radius = static_cast<double>(r);
+      checkAll(quadric(Kind::Sphere, {r, low, high}, theta), [&](double u, double v) {
+        const double phi = from + v * (to - from);
+        return swept(radius * std::cos(phi), t * u, radius * std::sin(phi));
+      });
+    }
+    for (const auto& [h, r] : {std::pair{3.0f, 2.0f}, {-3.0f, 2.0f}, {3.0f, -2.0f}, {0.0f, 2.0f}})
+      checkAll(quadric(Kind::Cone, {h, r}, theta),
+               [&, height = static_cast<double>(h), radius = static_cast<double>(r)](double u, double v) {
+                 return swept(radius * (1 - v), t * u, height * v);
+               });
+    for (const auto& [r, low, high] :
+         {std::array{2.0f, -1.0f, 3.0f}, std::array{2.0f, 3.0f, -1.0f}, std::array{-2.0f, -1.0f, 3.0f}})
+      checkAll(quadric(Kind::Cylinder, {r, low, high}, theta),
+               [&, radius = static_cast<double>(r), a = low, b = high](double u, double v) {
+                 return swept(radius, t * u, mixed(v, a, b));
+               });
+    // Across the axis, meeting it at an end, in a plane across it, along it, aslant.
+    for (const std::array<float, 6>& x : {std::array<float, 6>{-1, 0.5f, -1, 2, -1, 1},
+                                          {0, 0, 0, 1, 0, 1},
+                                          {1, 1, 1, 0, 0, 2},
+                                          {1, 0, 1, 2, 1, 1},
+                                          {2, 1, 3, 2, 1, -1},
+                                          {2, -1, -2, 1, 1.5f, 3},
+                                          {1, -1, 0, 1, 1, 1}})
+      checkAll(quadric(Kind::Hyperboloid, x, theta), [&](double u, double v) {
+        const double px = mixed(v, x[0], x[3]), py = mixed(v, x[1], x[4]), a = t * u * std::numbers::pi / 180;
+        return V3d(px * std::cos(a) - py * std::sin(a), px * std::sin(a) + py * std::cos(a),
+                   mixed(v, x[2], x[5]));
+      });
+    for (const auto& [r, low, high] :
+         {std::array{2.0f, 0.0f, 4.0f}, std::array{2.0f, 1.0f, 4.0f}, std::array{-2.0f, 1.0f, 4.0f},
+          std::array{2.0f, -1.0f, -4.0f}, std::array{2.0f, 4.0f, 1.0f}, std::array{2.0f, 8.0f, 4.0f}})
+      checkAll(quadric(Kind::Paraboloid, {r, low, high}, theta),
+               [&, radius = static_cast<double>(r), a = low, b = high](double u, double v) {
+                 const double z = mixed(v, a, b);
+                 return swept(radius * std::sqrt(std::max(z / static_cast<double>(b), 0.0)), t * u, z);
+               });
+    for (const auto& [z, r] : {std::pair{1.5f, 2.0f}, {-1.5f, -2.0f}})
+      checkAll(quadric(Kind::Disk, {z, r}, theta),
+               [&, height = static_cast<double>(z), radius = static_cast<double>(r)](double u, double v) {
+                 return swept(radius * (1 - v), t * u, height);
+               });
+    for (const auto& [R, r, low, high] :
+         {std::array{3.0f, 1.0f, 0.0f, 360.0f}, std::array{3.0f, 1.0f, -30.0f, 200.0f},
+          std::array{3.0f, 1.0f, 200.0f, -30.0f}, std::array{3.0f, -1.0f, 10.0f, 100.0f},
+          std::array{-3.0f, 1.0f, 10.0f, 100.0f}, std::array{1.0f, 2.0f, 0.0f, 360.0f},
+          std::array{3.0f, 1.0f, 700.0f, 800.0f}})
+      checkAll(quadric(Kind::Torus, {R, r, low, high}, theta),
+               [&, major = static_cast<double>(R), minor = static_cast<double>(r), a = low, b = high](
+                   double u, double v) {
+                 const double phi = mixed(v, a, b) * std::numbers::pi / 180;
+                 return swept(major + minor * std::cos(phi), t * u, minor * std::sin(phi));
+               });
+  }
+}
+
 TEST(QuadricSurface, VaryingIsBilinear) {
   Primitive p = quadric(Kind::Disk, {0, 1});
   p.variables.push_back(variable("a", StorageClass::Varying, ValueType::Float, 1, {0, 1, 10, 11}));
