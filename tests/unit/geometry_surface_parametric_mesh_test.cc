@@ -82,6 +82,67 @@ TEST(ParametricMesh, BezierIsDeCasteljau) {
   EXPECT_EQ(s->parameterScale(1), V2f(0.5f, 1));
 }
 
+// The formulas of the splines as their books have them, in double; periodic meshes take points from their
+// beginning.
+TEST(ParametricMesh, EveryBasisAlsoPeriodic) {
+  using Weights = std::array<double, 4>;
+  struct Case {
+    CubicBasis basis;
+    Weights (*weights)(double);
+  };
+  const std::array<Case, 5> cases{
+      Case{kBezier,
+           [](double t) {
+             const double s = 1 - t;
+             return Weights{s * s * s, 3 * s * s * t, 3 * s * t * t, t * t * t};
+           }},
+      Case{kBspline,
+           [](double t) {
+             const double s = 1 - t;
+             return Weights{s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
+                            (3 * s * s * s - 6 * s * s + 4) / 6, t * t * t / 6};
+           }},
+      Case{kCatmullRom,
+           [](double t) {
+             return Weights{t * (-1 + t * (2 - t)) / 2, (2 + t * t * (-5 + 3 * t)) / 2,
+                            t * (1 + t * (4 - 3 * t)) / 2, t * t * (t - 1) / 2};
+           }},
+      Case{kHermite,
+           [](double t) {
+             return Weights{(1 + 2 * t) * (1 - t) * (1 - t), t * (1 - t) * (1 - t), t * t * (3 - 2 * t),
+                            t * t * (t - 1)};
+           }},
+      Case{kPower, [](double t) {
+             return Weights{t * t * t, t * t, t, 1};
+           }}};
+  for (const Case& c : cases)
+    for (const bool periodic : {false, true}) {
+      const int step = c.basis.step, nu = periodic ? 12 : 4 + 2 * step, nv = 4 + step;
+      const int patchesU = periodic ? 12 / step : 3;
+      const std::vector<float> P = wavyPoints(nu, nv);
+      const auto s = make(primitive(bicubic(nu, nv, c.basis, periodic, false), P));
+      ASSERT_EQ(s->faceCount(), static_cast<uint32_t>(2 * patchesU));
+      for (uint32_t face = 0; face < s->faceCount(); ++face)
+        for (float u : {0.0f, 0.3f, 1.0f})
+          for (float v : {0.0f, 0.6f, 1.0f}) {
+            const Weights wu = c.weights(static_cast<double>(u)), wv = c.weights(static_cast<double>(v));
+            V3d expected(0);
+            for (int j = 0; j < 4; ++j)
+              for (int i = 0; i < 4; ++i) {
+                const int column = (static_cast<int>(face) % patchesU * step + i) % nu;
+                const int row = static_cast<int>(face) / patchesU * step + j;
+                const float* p = &P[static_cast<size_t>(3 * (nu * row + column))];
+                expected +=
+                    V3d(V3f(p[0], p[1], p[2])) * wu[static_cast<size_t>(i)] * wv[static_cast<size_t>(j)];
+              }
+            expectNear(s->evaluate(face, u, v).P, V3f(expected),
+                       1e-6f * (1 + static_cast<float>(expected.length())));
+          }
+      // The last patch around u ends at parameter 1.
+      EXPECT_EQ(s->surfaceParameters(static_cast<uint32_t>(patchesU) - 1, 1, 0).x, 1);
+    }
+}
+
 TEST(ParametricMesh, SplinesJoinSmoothly) {
   for (const CubicBasis& basis : {kBspline, kCatmullRom}) {
     const auto s = make(primitive(bicubic(6, 5, basis), wavyPoints(6, 5)));

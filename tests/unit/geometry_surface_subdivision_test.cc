@@ -123,7 +123,9 @@ std::set<std::tuple<int, int, int>> farLimit(const SubdivisionMesh& mesh, const 
                                              Sdc::Options options, const std::vector<int>& pairs = {},
                                              const std::vector<float>& weights = {}, int levels = 4,
                                              Sdc::SchemeType scheme = Sdc::SCHEME_CATMARK,
-                                             std::vector<V3d>* positions = nullptr) {
+                                             std::vector<V3d>* positions = nullptr,
+                                             const std::vector<int>& corners = {},
+                                             const std::vector<float>& cornerWeights = {}) {
   Far::TopologyDescriptor d;
   d.numVertices = static_cast<int>(P.size() / 3);
   d.numFaces = static_cast<int>(mesh.vertsPerFace.size());
@@ -132,6 +134,9 @@ std::set<std::tuple<int, int, int>> farLimit(const SubdivisionMesh& mesh, const 
   d.numCreases = static_cast<int>(weights.size());
   d.creaseVertexIndexPairs = pairs.data();
   d.creaseWeights = weights.data();
+  d.numCorners = static_cast<int>(corners.size());
+  d.cornerVertexIndices = corners.data();
+  d.cornerWeights = cornerWeights.data();
   using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
   std::unique_ptr<Far::TopologyRefiner> refiner(Factory::Create(d, Factory::Options(scheme, options)));
   Far::TopologyRefiner::UniformOptions uniform(levels);
@@ -303,6 +308,89 @@ TEST(SubdivisionSurface, Loop) {
     EXPECT_EQ(s->uniformIndex(face), face / 3);
     expectDerivatives(*s, face, 0.3f, 0.6f, 2e-2f);
     expectNear(s->evaluate(face, 1, 1).P, s->evaluate(face / 3 * 3, 1, 1).P, 1e-6f);
+  }
+}
+
+TEST(SubdivisionSurface, SemiSharpCornersAgreeWithUniformRefinement) {
+  for (float sharpness : {0.5f, 1.0f, 2.0f}) {
+    std::vector<V3d> far;
+    farLimit(cube(), kCubePoints, {}, {}, {}, 4, Sdc::SCHEME_CATMARK, &far, {7, 0}, {sharpness, 10});
+    const auto s = make(primitive(cube({{"corner", {7, 0}, {sharpness, 10}, {}}}), kCubePoints));
+    expectSamePoints(*s, far, 16, 1e-3f);
+  }
+}
+
+// Parts of a triangle meet Far's points at its vertices and the middles of its edges. Inner vertices of the
+// sheet are regular, so that the limit is exact; the tolerance is float's.
+TEST(SubdivisionSurface, LoopWithBoundariesCreasesCornersAndHoles) {
+  for (int rule : {1, 2})
+    for (float sharpness : {0.0f, 1.5f, 10.0f}) {
+      std::vector<SubdivisionMesh::Tag> tags{{"interpolateboundary", {rule}, {}, {}}, {"hole", {5}, {}, {}}};
+      std::vector<int> pairs;
+      if (sharpness > 0) tags.push_back({"crease", {5, 6, 7}, {sharpness}, {}}), pairs = {5, 6, 6, 7};
+      Primitive p = sheet(4, 4, tags);
+      auto& mesh = std::get<SubdivisionMesh>(p.shape);
+      mesh.scheme = "loop";
+      std::vector<int> triangles;
+      for (size_t f = 0; f < 9; ++f) {
+        const int* q = &mesh.vertices[4 * f];
+        triangles.insert(triangles.end(), {q[0], q[1], q[2], q[0], q[2], q[3]});
+      }
+      mesh.vertices = triangles;
+      mesh.vertsPerFace.assign(18, 3);
+      const auto s = make(std::move(p));
+      ASSERT_EQ(s->faceCount(), 3u * 17);
+      std::vector<V3d> far;
+      farLimit(std::get<SubdivisionMesh>(s.primitive->shape), s.primitive->variables[0].floats,
+               boundary(rule == 1 ? Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER
+                                  : Sdc::Options::VTX_BOUNDARY_EDGE_ONLY),
+               pairs, std::vector<float>(pairs.size() / 2, sharpness), 4, Sdc::SCHEME_LOOP, &far);
+      for (uint32_t face = 0; face < s->faceCount(); ++face) {
+        EXPECT_EQ(s->uniformIndex(face), face / 3 + (face / 3 >= 5 ? 1 : 0));
+        V3f c[4];
+        s->corners(face, c);
+        for (size_t k = 0; k < 3; ++k) {
+          double best = 1;
+          for (const V3d& q : far) best = std::min(best, (q - V3d(c[k])).length());
+          EXPECT_LT(best, 1e-3) << rule << " " << sharpness << " face " << face << " corner " << k;
+        }
+      }
+    }
+}
+
+// s of 0 6 0 0 along both rows of a strip. A smooth boundary is a cubic B-spline, at its points (a + 4 b + c)
+// / 6: 4 beside the corner. The corner is kept, but by rule 2 where the mesh itself has no sharp corners:
+// then it is smooth as well, between its neighbours 6 and 0.
+TEST(SubdivisionSurface, FaceVaryingBoundaryRules) {
+  struct Case {
+    int mesh, rule;
+    float corner, second;
+  };
+  for (const auto& [mesh, rule, corner, second] : {Case{1, 0, 0, 6},
+                                                   {1, 1, 0, 4},
+                                                   {2, 1, 0, 4},
+                                                   {1, 2, 0, 4},
+                                                   {2, 2, 1, 4},
+                                                   {1, 3, 0, 6},
+                                                   {2, 3, 0, 6}}) {
+    Primitive p = sheet(
+        4, 2, {{"interpolateboundary", {mesh}, {}, {}}, {"facevaryinginterpolateboundary", {rule}, {}, {}}});
+    std::vector<float> values;
+    for (const int v : std::get<SubdivisionMesh>(p.shape).vertices)
+      values.push_back(v % 4 == 1 ? 6.0f : 0.0f);
+    p.variables.push_back(variable("s", StorageClass::FaceVarying, ValueType::Float, 1, values));
+    const auto s = make(std::move(p));
+    const auto at = [&](uint32_t face, float u) {
+      float out = -1;
+      s->interpolate(s.primitive->variables[1], face, u, 0, &out);
+      return out;
+    };
+    EXPECT_NEAR(at(0, 0), corner, 1e-5f) << mesh << rule;
+    EXPECT_NEAR(at(0, 1), second, 1e-5f) << mesh << rule;
+    EXPECT_NEAR(at(1, 0), second, 1e-5f) << mesh << rule;
+    if (rule == 0 || rule == 3) {
+      EXPECT_NEAR(at(0, 0.25f), 1.5f, 1e-5f) << mesh << rule;  // linear along the edge
+    }
   }
 }
 
