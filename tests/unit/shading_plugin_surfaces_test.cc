@@ -44,15 +44,16 @@ TEST(StandardSurfaces, Constant) {
 }
 
 TEST(StandardSurfaces, ShowSt) {
-  const BoundShader shader("showst", {});
+  const BoundShader shader("showst");
   Batch batch = surfacePoints(shader);
+  const auto s = [](uint32_t i) { return 0.125f * float(i) - 0.5f; };  // -0.5 to 1.875
+  batch.points.s = batch.varying(s);
+  batch.points.t = batch.varying([](uint32_t i) { return 0.05f * float(i); });
   PatinaRadiosityOut out = batch.radiosityOut();
   ASSERT_EQ(shader->radiosity(batch.points, out), PATINA_OK);
   for (uint32_t i = 0; i < 20; ++i) {
-    const float s = batch.points.s.data[i * batch.points.s.stride],
-                t = batch.points.t.data[i * batch.points.t.stride];
-    const auto shown = [](float x) { return x >= 0 && x <= 1 ? x : x - std::floor(x); };
-    expectNear(get(out.emission, i), times({shown(s), shown(t), 0}, kOs));
+    const float shown = s(i) >= 0 && s(i) <= 1 ? s(i) : s(i) - std::floor(s(i));
+    expectNear(get(out.emission, i), times({shown, 0.05f * float(i), 0}, kOs));
     expectNear(get(out.reflectance, i), kBlack);
     expectNear(get(out.opacity, i), kOs);
   }
