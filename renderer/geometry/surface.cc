@@ -3,6 +3,7 @@
 #include "renderer/geometry/surface.h"
 
 #include "renderer/geometry/curves_surface.h"
+#include "renderer/geometry/nurbs_surface.h"
 #include "renderer/geometry/parametric_mesh_surface.h"
 #include "renderer/geometry/polygon_surface.h"
 #include "renderer/geometry/quadric_surface.h"
@@ -33,7 +34,8 @@ void Surface::tessellate(uint32_t cells, std::span<V3f> out) const {
   }
 }
 
-std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors, const Viewpoint& view) {
+std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors,
+                                     const Viewpoint& view) {
   return std::visit(
       Overloaded{
           [&](const PolygonMesh& mesh) -> std::unique_ptr<Surface> {
@@ -48,6 +50,9 @@ std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& e
           },
           [&](const CurveSet& curves) -> std::unique_ptr<Surface> {
             return CurvesSurface::make(curves, primitive, view, errors);
+          },
+          [&](const NurbsPatch& patch) -> std::unique_ptr<Surface> {
+            return NurbsSurface::make(patch, primitive, errors);
           },
           [&](const SubdivisionMesh& mesh) { return makeSubdivisionSurface(mesh, primitive, errors); }},
       primitive.shape);

@@ -60,15 +60,25 @@ class Surface {
   virtual uint32_t uniformIndex(uint32_t face) const = 0;
 
   /// The primitive's own u, v of RI at a face's (u, v): 0 to 1 over a whole patch mesh or quadric; object x,
-  /// y on polygons. They are also the texture coordinates before TextureCoordinates, where no s, t or st is
-  /// given.
+  /// y on polygons; umin to umax and vmin to vmax of NuPatch.
   virtual V2f surfaceParameters(uint32_t face, float u, float v) const = 0;
 
-  /// How fast surfaceParameters change, for texture footprints: the lengths of their derivatives by the
+  /// The texture coordinates before TextureCoordinates, where no s, t or st is given: the parameters, but 0
+  /// to 1 over a whole NuPatch.
+  virtual V2f textureParameters(uint32_t face, float u, float v) const {
+    return surfaceParameters(face, u, v);
+  }
+
+  /// How fast textureParameters change, for texture footprints: the lengths of their derivatives by the
   /// face's u and by its v.
   virtual V2f parameterScale(uint32_t face) const = 0;
 
   virtual Box3f bound() const = 0;  ///< object space
+
+  /// Whether parts of faces are cut out, and whether a point lies in such a part: rays pass there. All else
+  /// is answered for holes as if there were none.
+  virtual bool hasHoles() const { return false; }
+  virtual bool isHole(uint32_t /*face*/, float /*u*/, float /*v*/) const { return false; }
 
   /// Tessellation of a surface that is not flat, for tracing: `cells` micropolygons along u and along v of
   /// every face, out[face * (cells+1)^2 + j * (cells+1) + i] at u = i/cells, v = j/cells. Vertices on an edge
@@ -82,7 +92,8 @@ class Surface {
   size_t memory_ = 0;
 };
 
-/// Where a primitive is seen from, in object space: primitives that turn to the eye (curves without normals) need it.
+/// Where a primitive is seen from, in object space: primitives that turn to the eye (curves without normals)
+/// need it.
 struct Viewpoint {
   bool perspective = true;
   V3f eye{0, 0, 0};        ///< perspective
@@ -92,7 +103,8 @@ struct Viewpoint {
 /// Builds the surface of a primitive. Geometry that cannot be made sense of (no area, bad counts) is reported
 /// to `errors` with the primitive's location and gives nullptr; what can be mended is mended with a warning.
 /// The surface keeps references into `primitive`, which must outlive it.
-std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors, const Viewpoint& view = {});
+std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors,
+                                     const Viewpoint& view = {});
 
 /// Finds a primitive variable by name; nullptr when there is none.
 const PrimVar* findVariable(const Primitive& primitive, std::string_view name);

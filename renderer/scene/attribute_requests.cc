@@ -219,6 +219,16 @@ void SceneBuilder::attribute(std::string_view name, const ParamList& params, con
     markAllUsed(params);
   } else if (name == "displacementbound") {
     displacementBound(params);
+  } else if (name == "trimcurve") {
+    if (const Param* sense = params.find("sense"); sense && !sense->strings.empty()) {
+      const std::string_view word = sense->strings.front();
+      if (word == "inside" || word == "outside")
+        state_.trimOutside = word == "outside";
+      else
+        error(RiError::BadToken, sense->location,
+              fmt::format("Attribute \"trimcurve\" \"sense\" \"{}\": expected inside or outside", word));
+    }
+    params.reportUnread(errors_, "Attribute \"trimcurve\"", std::array<std::string_view, 1>{"sense"});
   } else if (name == "Ri") {
     riAttribute(params, at);
   } else if (std::ranges::find(kHintAttributes, name) == std::end(kHintAttributes)) {

@@ -27,7 +27,9 @@ struct GraphicsState {
 
   CubicBasis basisU, basisV;
   bool roundCurves = false;  ///< Attribute "dice" "roundcurve"
-  float detail = kInfinity;  ///< area in pixels of the Detail bound
+  std::shared_ptr<const TrimRegion> trim;  ///< TrimCurve; null = none
+  bool trimOutside = false;                ///< Attribute "trimcurve" "sense" "outside"
+  float detail = kInfinity;                ///< area in pixels of the Detail bound
   std::array<float, 4> detailRange{0, 0, kInfinity, kInfinity};
 };
 

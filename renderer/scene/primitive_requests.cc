@@ -18,7 +18,8 @@ std::string_view requestName(const Shape& shape) {
                                                    "Paraboloid", "Disk", "Torus"};
   if (const auto* quadric = std::get_if<Quadric>(&shape))
     return kQuadrics[static_cast<size_t>(quadric->kind)];
-  static constexpr std::string_view kOthers[] = {"polygon", "Quadric", "Patch", "SubdivisionMesh", "Curves"};
+  static constexpr std::string_view kOthers[] = {"polygon",         "Quadric", "Patch",
+                                                 "SubdivisionMesh", "Curves",  "NuPatch"};
   return kOthers[shape.index()];
 }
 
@@ -76,7 +77,9 @@ void SceneBuilder::addPrimitive(Shape shape, const ParamList& params, const Loca
   Primitive primitive;
   primitive.objectToWorld = state_.ctm;
   if (!isAffine(state_.ctm)) {
-    if (std::holds_alternative<Quadric>(shape) || !projectVariables(state_.ctm, *variables)) {
+    // What a projection makes of quadrics and of B-splines is not what it makes of their control points.
+    if (std::holds_alternative<Quadric>(shape) || std::holds_alternative<NurbsPatch>(shape) ||
+        !projectVariables(state_.ctm, *variables)) {
       return error(RiError::Math, at,
                    fmt::format("{} under a perspective transformation cannot be drawn", requestName(shape)),
                    "projective");

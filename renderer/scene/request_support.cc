@@ -59,7 +59,6 @@ constexpr Entry kEntries[] = {
     {"MakeShadow", {kIgnored, "shadows are traced"}},
     {"MakeTexture", {kMapped, "the name stands for the picture"}},
     {"MotionBegin", {kMapped, "things stand where they are at the first of the times"}},
-    {"NuPatch", {kIgnored, "not drawn"}},
     {"Pattern", {kMapped, "PxrTexture where a colour is connected to it"}},
     {"Points", {kIgnored, "not drawn"}},
     {"Procedural", {Support::CarriedOut, "DelayedReadArchive; RunProgram with --allow-programs"}},
@@ -70,7 +69,6 @@ constexpr Entry kEntries[] = {
     {"SolidBegin", {kMapped, "primitive and union; operands of the others are drawn whole"}},
     {"SolidEnd", {kMapped, ""}},
     {"System", {kIgnored, "no command is run"}},
-    {"TrimCurve", {kIgnored, "belongs to NuPatch"}},
     {"Volume", {kIgnored, "not drawn"}},
 };
 static_assert(std::ranges::is_sorted(kEntries, {}, &Entry::request));

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -142,7 +143,23 @@ struct CurveSet {
   std::vector<int> vertexCounts;
 };
 
-using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh, CurveSet>;
+/// Splines along one direction: `count` control points, `order` = degree + 1.
+struct SplineKnots {
+  int count = 2, order = 2;
+  std::vector<float> knots{0, 0, 1, 1};  ///< count + order, not falling
+  float min = 0, max = 1;                ///< the part in use, of [knots[order-1], knots[count]]
+};
+
+class TrimRegion;
+
+/// NuPatch: u.count x v.count control points, row by row along u.
+struct NurbsPatch {
+  SplineKnots u, v;
+  std::shared_ptr<const TrimRegion> trim;  ///< of the TrimCurve in force, shared by its patches; null = none
+  bool keepInside = false;  ///< Attribute "trimcurve" "sense" "outside": what the loops do not enclose is cut
+};
+
+using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh, CurveSet, NurbsPatch>;
 
 struct Primitive {
   Shape shape;

@@ -163,7 +163,7 @@ class SceneBuilder final : public RibHandler {
                               float sWidth, float tWidth, const ParamList& params,
                               const Location& at) override;
 
-  // Primitives (primitive_requests.cc, quadric_requests.cc)
+  // Primitives (primitive_requests.cc, quadric_requests.cc, curve_requests.cc, nurbs_requests.cc)
   void polygon(const ParamList& params, const Location& at) override;
   void generalPolygon(Ints loopVertexCounts, const ParamList& params, const Location& at) override;
   void pointsPolygons(Ints vertexCounts, Ints vertices, const ParamList& params, const Location& at) override;
@@ -175,6 +175,10 @@ class SceneBuilder final : public RibHandler {
               const Location& at) override;
   void patchMesh(std::string_view type, int nu, std::string_view uWrap, int nv, std::string_view vWrap,
                  const ParamList& params, const Location& at) override;
+  void nuPatch(int nu, int uOrder, Floats uKnots, float uMin, float uMax, int nv, int vOrder, Floats vKnots,
+               float vMin, float vMax, const ParamList& params, const Location& at) override;
+  void trimCurve(Ints curvesPerLoop, Ints orders, Floats knots, Floats mins, Floats maxs, Ints counts,
+                 Floats u, Floats v, Floats w, const Location& at) override;
   void subdivisionMesh(std::string_view scheme, Ints vertexCounts, Ints vertices, const SubdivisionTags& tags,
                        const ParamList& params, const Location& at) override;
   void sphere(float radius, float zMin, float zMax, float thetaMax, const ParamList& params,

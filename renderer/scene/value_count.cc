@@ -45,6 +45,17 @@ ValueCounts countsOf(const CurveSet& curves, size_t) {
   return counts;
 }
 
+// RI 3.2, NuPatch: 1 + n - order segments along a side, those without a length among them.
+ValueCounts countsOf(const NurbsPatch& patch, size_t) {
+  const auto segments = [](const SplineKnots& s) {
+    return static_cast<size_t>(std::max(int64_t{1} + s.count - s.order, int64_t{0}));
+  };
+  const size_t u = segments(patch.u), v = segments(patch.v);
+  return {u * v, (u + 1) * (v + 1),
+          static_cast<size_t>(std::max(patch.u.count, 0)) * static_cast<size_t>(std::max(patch.v.count, 0)),
+          4 * u * v};
+}
+
 }  // namespace
 
 size_t ValueCounts::of(StorageClass storage) const {
