@@ -208,7 +208,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
       const Variables& variables = variables_[placement.traced];
       uv[i] = surface.surfaceParameters(p.face, p.u, p.v);
       const std::array<float, 8>& c = geometry_.attributes(placement).textureCoordinates;
-      const float a = uv[i].x, b = uv[i].y;
+      const auto [a, b] = surface.textureParameters(p.face, p.u, p.v);
       st[i] = V2f(c[0], c[1]) * ((1 - a) * (1 - b)) + V2f(c[2], c[3]) * (a * (1 - b)) +
               V2f(c[4], c[5]) * ((1 - a) * b) + V2f(c[6], c[7]) * (a * b);
       if (variables.st) {
