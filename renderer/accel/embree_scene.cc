@@ -17,11 +17,11 @@ EmbreeScene::~EmbreeScene() { rtcReleaseScene(scene_); }
 
 EmbreeScene::Part& EmbreeScene::part(uint32_t traced, Kind kind) {
   const Attributes* own = geometry_.attributes(geometry_.traced()[traced]);
-  std::unique_ptr<Part>& part =
-      open_[{kind, own ? own->visibility : uint32_t{kAnyRay}, own && own->oneSided}];
+  const bool oneSided = own && own->oneSided, hasHoles = geometry_.surface(traced).hasHoles();
+  std::unique_ptr<Part>& part = open_[{kind, own ? own->visibility : uint32_t{kAnyRay}, oneSided, hasHoles}];
   if (!part) {
     part = std::make_unique<Part>();
-    part->geometry = &geometry_;
+    part->geometry = &geometry_, part->oneSided = oneSided, part->hasHoles = hasHoles;
   }
   return *part;
 }
@@ -80,10 +80,10 @@ void EmbreeScene::attach() {
     part->vertices = {}, part->indices = {}, part->grids = {};
     part->owners.shrink_to_fit();
     rtcSetGeometryMask(shape, key.visibility);
-    if (key.oneSided) {
+    if (key.oneSided || key.hasHoles) {
       rtcSetGeometryUserData(shape, part.get());
-      rtcSetGeometryIntersectFilterFunction(shape, cullBackFaces);
-      rtcSetGeometryOccludedFilterFunction(shape, cullBackFaces);
+      rtcSetGeometryIntersectFilterFunction(shape, filterHits);
+      rtcSetGeometryOccludedFilterFunction(shape, filterHits);
     }
     rtcCommitGeometry(shape);
     rtcAttachGeometry(scene_, shape);  // numbers them from 0 on
@@ -93,8 +93,8 @@ void EmbreeScene::attach() {
   open_.clear();
 }
 
-/// RI Sides 1: only the outside of a surface is met.
-void EmbreeScene::cullBackFaces(const RTCFilterFunctionNArguments* args) {
+/// RI Sides 1: only the outside of a surface is met. Nor are the holes of trimmed surfaces.
+void EmbreeScene::filterHits(const RTCFilterFunctionNArguments* args) {
   const Part& part = *static_cast<const Part*>(args->geometryUserPtr);
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
@@ -102,6 +102,11 @@ void EmbreeScene::cullBackFaces(const RTCFilterFunctionNArguments* args) {
     const TracedSurface& traced = part.geometry->traced()[owner.traced];
     const V2f uv(RTCHitN_u(args->hit, args->N, k), RTCHitN_v(args->hit, args->N, k));
     const Surface& surface = part.geometry->surface(owner.traced);
+    if (part.hasHoles && surface.isHole(owner.face, uv.x, uv.y)) {
+      args->valid[k] = 0;
+      continue;
+    }
+    if (!part.oneSided) continue;
     const V3f normal = transformNormal(surface.evaluate(owner.face, uv.x, uv.y).N, traced.toMesh.inverse()) *
                        (traced.primitive->reversed ? -1.0f : 1.0f);
     const V3f direction(RTCRayN_dir_x(args->ray, args->N, k), RTCRayN_dir_y(args->ray, args->N, k),

@@ -18,8 +18,8 @@ struct FaceOwner {
   uint32_t face;
 };
 
-/// The faces of some surfaces: triangles, quads and grids of facets in up to three geometries for each
-/// visibility and sidedness. Holds an Embree scene; views the vertices of tessellations.
+/// The faces of some surfaces: triangles, quads and grids of facets, those of one visibility and sidedness
+/// together. Holds an Embree scene; views the vertices of tessellations.
 class EmbreeScene {
  public:
   EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality);
@@ -45,10 +45,12 @@ class EmbreeScene {
     Kind kind;
     uint32_t visibility;
     bool oneSided;
+    bool hasHoles;  ///< rays pass through parts of the surfaces
     auto operator<=>(const Key&) const = default;
   };
   struct Part {
     const Geometry* geometry = nullptr;
+    bool oneSided = false, hasHoles = false;
     std::vector<FaceOwner> owners;  ///< by Embree primitive
     std::vector<V3f> vertices;      ///< of flat faces, until they are attached
     std::vector<uint32_t> indices;
@@ -56,7 +58,7 @@ class EmbreeScene {
     std::span<const V3f> shared;  ///< of grids
   };
   Part& part(uint32_t traced, Kind kind);
-  static void cullBackFaces(const RTCFilterFunctionNArguments* args);
+  static void filterHits(const RTCFilterFunctionNArguments* args);
 
   RTCDevice device_;
   const Geometry& geometry_;

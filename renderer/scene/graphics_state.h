@@ -26,7 +26,7 @@ struct GraphicsState {
   std::optional<Rgb> bxdfColor;   ///< the modern dialect's surface colour stands in for Color
 
   CubicBasis basisU, basisV;
-  bool roundCurves = false;  ///< Attribute "dice" "roundcurve"
+  bool roundCurves = false;                ///< Attribute "dice" "roundcurve"
   std::shared_ptr<const TrimRegion> trim;  ///< TrimCurve; null = none
   bool trimOutside = false;                ///< Attribute "trimcurve" "sense" "outside"
   float detail = kInfinity;                ///< area in pixels of the Detail bound

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "renderer/base/sampling.h"
+#include "renderer/scene/trim_region.h"
 
 namespace patina {
 namespace {
@@ -109,6 +110,58 @@ void expectConsistent(Fixture& f, const Ray& ray, const Hit& hit) {
         FAIL() << "flat face met by its own ray at t = " << again.t;
     }
   }
+}
+
+/// A square in z = 0 over [0, 2]^2, of NURBS of order 2 (flat) or 3 (a grid), trimmed by a square loop whose
+/// corners are a quarter and three quarters of it.
+Primitive trimmedSquare(int order, bool keepInside) {
+  TrimCurve loop;
+  loop.spline = {5, 2, {0, 0, 1, 2, 3, 4, 4}, 0, 4};
+  loop.u = {0.25f, 0.75f, 0.75f, 0.25f, 0.25f};
+  loop.v = {0.25f, 0.25f, 0.75f, 0.75f, 0.25f};
+  loop.w = {1, 1, 1, 1, 1};
+  SplineKnots spline{order, order, std::vector<float>(static_cast<size_t>(2 * order), 1.0f), 0, 1};
+  std::fill_n(spline.knots.begin(), order, 0.0f);
+  std::vector<float> P;
+  for (int j = 0; j < order; ++j)
+    for (int i = 0; i < order; ++i)
+      P.insert(P.end(), {2 * static_cast<float>(i) / static_cast<float>(order - 1),
+                         2 * static_cast<float>(j) / static_cast<float>(order - 1), 0});
+  Primitive p;
+  p.shape = NurbsPatch{spline, spline,
+                       std::make_shared<const TrimRegion>(std::vector<TrimLoop>{TrimLoop{loop}}), keepInside};
+  p.variables.push_back(pointsVariable(P));
+  p.attributes = 0;
+  return p;
+}
+
+TEST(Accel, RaysPassThroughHoles) {
+  for (const int order : {2, 3})
+    for (const bool keepInside : {false, true})
+      for (const bool oneSided : {false, true}) {
+        Fixture f;
+        f.scene.attributes[0].oneSided = oneSided;
+        f.scene.primitives.push_back(trimmedSquare(order, keepInside));
+        f.build();
+        ASSERT_EQ(f.geometry->traced().at(0).cells == 0, order == 2);
+        std::vector<Ray> rays;
+        for (int j = 0; j < 40; ++j)
+          for (int i = 0; i < 40; ++i)
+            rays.push_back({V3f(0.025f + 0.05f * static_cast<float>(i),
+                                0.025f + 0.05f * static_cast<float>(j), j % 2 ? 3.0f : -3.0f),
+                            V3f(0, 0, j % 2 ? -1.0f : 1.0f), 0, kInfinity, kCameraRay});
+        std::vector<Hit> many(rays.size());
+        f.accel->intersectMany(rays, many);
+        for (size_t k = 0; k < rays.size(); ++k) {
+          const V3f& o = rays[k].origin;
+          const bool inLoop = o.x > 0.5f && o.x < 1.5f && o.y > 0.5f && o.y < 1.5f;
+          // The outside is the side of +z: dPdu x dPdv.
+          const bool met = inLoop == keepInside && (!oneSided || o.z > 0);
+          ASSERT_EQ(f.accel->intersect(rays[k]).valid(), met) << o << order << keepInside << oneSided;
+          ASSERT_EQ(f.accel->occluded(rays[k]), met);
+          ASSERT_EQ(many[k].valid(), met);
+        }
+      }
 }
 
 TEST(Accel, FlatFacesUnderAllTransformations) {
