@@ -5,6 +5,7 @@
 #include <array>
 #include <random>
 
+#include "renderer/geometry/spline_direction.h"
 #include "renderer/scene/trim_region.h"
 #include "tests/unit/geometry_surface_fixtures.h"
 
@@ -197,6 +198,13 @@ TEST(Nurbs, NeighboursShareTheirEdges) {
       for (int k = 0; k < order; ++k) s.knots.push_back(1.3f + 0.1f * static_cast<float>(k));
       for (int k = 0; k < order; ++k) s.knots.push_back(3);
       ASSERT_EQ(s.knots.size(), static_cast<size_t>(s.count + order));
+      // Positions in float would mostly agree even if the weights, in double, did not.
+      const SplineDirection direction(s);
+      for (uint32_t k = 0; k + 1 < direction.intervals() && multiplicity < order; ++k) {
+        const auto end = direction.positionAt(k, 1), begin = direction.positionAt(k + 1, 0);
+        EXPECT_EQ(end.first, begin.first);
+        for (size_t i = 0; i < direction.order(); ++i) EXPECT_EQ(end.w[i], begin.w[i]);
+      }
       std::vector<float> P = wavyPoints(s.count, s.count, 3);
       const auto surface = make(primitive(NurbsPatch{s, s, nullptr}, P));
       const uint32_t across = static_cast<uint32_t>(std::lround(std::sqrt(surface->faceCount())));
