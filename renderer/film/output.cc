@@ -145,8 +145,9 @@ std::string parameter(const OutputSettings& s, std::string_view name, std::strin
   return std::string(otherwise);
 }
 
-// Interleaved linear values of the film's channels, colour times Exposure's gain.
-ImageData gather(const Film& film, const Output& output, float gain) {
+// Interleaved linear values of the film's channels, colour times Exposure's gain, over the background.
+// `gamma` is that which will be applied to them.
+ImageData gather(const Film& film, const Output& output, const OutputSettings& s, float gamma) {
   const PixelRect& r = film.pixels();
   ImageData image;
   image.width = r.width();
@@ -155,13 +156,24 @@ ImageData gather(const Film& film, const Output& output, float gain) {
   image.channelNames = output.names;
   image.pixels.reserve(static_cast<std::size_t>(r.width()) * static_cast<std::size_t>(r.height()) *
                        output.channels.size());
+  const int alpha = s.background ? film.channelIndex("a") : -1;
+  std::vector<float> behind(output.channels.size(), 0.f);  // of each channel of the file
+  for (std::size_t c = 0; alpha >= 0 && c < behind.size(); ++c) {
+    constexpr std::array<std::string_view, 3> kColours = {"r", "g", "b"};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (output.channels[c] == film.channelIndex(kColours[k]))
+        behind[c] = std::pow(std::max((*s.background)[k], 0.f), gamma);
+    if (output.channels[c] == alpha) behind[c] = 1;
+  }
   for (int y = r.y0; y < r.y1; ++y)
-    for (int x = r.x0; x < r.x1; ++x)
-      for (int c = 0; c < image.channels; ++c) {
-        const bool colour = c != output.alpha && c != output.depth;
-        image.pixels.push_back(film.value(x, y, output.channels[static_cast<std::size_t>(c)]) *
-                               (colour ? gain : 1.f));
+    for (int x = r.x0; x < r.x1; ++x) {
+      const float seen = alpha >= 0 ? std::clamp(1 - film.value(x, y, alpha), 0.f, 1.f) : 0;
+      for (std::size_t c = 0; c < output.channels.size(); ++c) {
+        const bool colour = static_cast<int>(c) != output.alpha && static_cast<int>(c) != output.depth;
+        image.pixels.push_back(film.value(x, y, output.channels[c]) * (colour ? s.gain : 1.f) +
+                               seen * behind[c]);
       }
+    }
   return image;
 }
 
@@ -376,7 +388,7 @@ std::string writeImage(const Film& film, const OutputSettings& settings, ErrorHa
   const Output output = outputFor(film, settings, plan, errors);
   std::string problem = output.channels.empty() ? "the film has no colour channels" : "";
   if (problem.empty()) {
-    ImageData image = gather(film, output, settings.gain);
+    ImageData image = gather(film, output, settings, plan.format == &kExr ? 1 : settings.gamma);
     problem = plan.format == &kExr ? writeByOpenExr(film, settings, plan, image)
                                    : writeByModule(film, settings, plan, output, std::move(image));
   }

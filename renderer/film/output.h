@@ -17,10 +17,13 @@ namespace patina {
 
 // One Display request with the options that apply to it.
 struct OutputSettings {
-  std::string name;                // a leading '+' (RI's additional display) means nothing here
-  std::string type = "file";       // file tiff openexr exr png framebuffer ...; see formatFor() in output.cc
-  std::string mode = "rgba";       // rgb rgba rgbz rgbaz a az z, or the name of one of the film's channels
-  float gain = 1, gamma = 1;       // Exposure
+  std::string name;           // a leading '+' (RI's additional display) means nothing here
+  std::string type = "file";  // file tiff openexr exr png framebuffer ...; see formatFor() in output.cc
+  std::string mode = "rgba";  // rgb rgba rgbz rgbaz a az z, or the name of one of the film's channels
+  float gain = 1, gamma = 1;  // Exposure
+  // Imager "background": colour behind what is transparent, as it looks after Exposure (RI 3.2,
+  // section 4.1.2); alpha becomes 1. On edges it is mixed in before gamma.
+  std::optional<std::array<float, 3>> background;
   Quantizer colour;                // Quantize "rgba"
   Quantizer depth = {0, 0, 0, 0};  // Quantize "z"
   std::string displayView;         // OpenColorIO view for what is made for looking at; empty = sRGB

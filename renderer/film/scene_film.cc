@@ -54,6 +54,8 @@ std::vector<OutputSettings> outputSettings(const Scene& scene) {
     output.mode = request.mode;
     output.gain = options.exposureGain;
     output.gamma = options.exposureGamma;
+    if (options.background)
+      output.background = {options.background->x, options.background->y, options.background->z};
     if (options.colorQuantization) output.colour = quantizer(*options.colorQuantization);
     if (options.depthQuantization) output.depth = quantizer(*options.depthQuantization);
     if (options.displayView) output.displayView = *options.displayView;

@@ -21,9 +21,9 @@ namespace patina {
 /// Vertex values are weighted like the points, with their weights if these are rational; facevarying and
 /// facevertex ones are four per segment.
 ///
-/// Trim loops enclose what a line crosses them an odd number of times to get out of. That is cut out, as
-/// RI 3.2 has it for Attribute "trimcurve" "sense" "inside", the default ("trim the interior of Trim Curve
-/// regions"); with "outside" all else is.
+/// Trim loops enclose what a line crosses them an odd number of times to get out of. That is cut out
+/// while Attribute "trimcurve" "sense" is "inside", the default (so PRMan's table of attributes and Aqsis's
+/// manual have it); with "outside" all else is.
 class NurbsSurface final : public Surface {
  public:
   static std::unique_ptr<NurbsSurface> make(const NurbsPatch& patch, const Primitive& primitive,

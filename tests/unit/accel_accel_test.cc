@@ -143,7 +143,7 @@ TEST(Accel, RaysPassThroughHoles) {
         f.scene.attributes[0].oneSided = oneSided;
         f.scene.primitives.push_back(trimmedSquare(order, keepInside));
         f.build();
-        ASSERT_EQ(f.geometry->traced().at(0).cells == 0, order == 2);
+        ASSERT_EQ(f.geometry->cells(0) == 0, order == 2);
         std::vector<Ray> rays;
         for (int j = 0; j < 40; ++j)
           for (int i = 0; i < 40; ++i)

@@ -199,6 +199,20 @@ TEST_F(OutputTest, PngAlphaIsUnassociated) {
   EXPECT_NEAR(written(request("a.png", "png", "rgba")).pixel(0, 2)[1], srgbEncoded(v) * 128 / 255, 2.0 / 255);
 }
 
+// RI's background shader: Ci + (1 - alpha) bgcolor, after Exposure.
+TEST_F(OutputTest, TheBackgroundIsSeenWhereNothingCovers) {
+  OutputSettings s = request("a.exr", "exr", "rgba");
+  s.gain = 2, s.gamma = 2.2f;
+  s.background = {0.25f, 0.5f, 1};
+  const ImageData image = written(s);
+  const float v = 10.f / 19;
+  EXPECT_FLOAT_EQ(image.pixel(0, 2)[0], 2 * v + 0.5f * 0.25f);  // alpha 0.5
+  EXPECT_FLOAT_EQ(image.pixel(0, 2)[2], 8 * v + 0.5f);
+  EXPECT_EQ(image.pixel(0, 2)[3], 1);
+  EXPECT_FLOAT_EQ(image.pixel(1, 2)[0], 2 * 11.f / 19);  // alpha 1
+  EXPECT_EQ(image.pixel(1, 2)[3], 1);
+}
+
 // The sRGB of OpenColorIO's built-in transform and of IEC 61966-2-1 differ by its matrices' rounding only.
 TEST_F(OutputTest, DisplayViewGoesThroughOpenColorIo) {
   std::string error;
