@@ -42,6 +42,9 @@ class Surface {
   /// (00, 10, 01) and (11, 01, 10). Such faces are traced as they are, however finely they are shaded.
   virtual bool isFlat() const = 0;
 
+  /// Whether N changes within a face: flat faces, too, may stand for a smooth surface.
+  virtual bool hasSmoothNormals() const { return !isFlat(); }
+
   /// Corners of a face: (0,0) (1,0) (0,1) [(1,1)].
   virtual void corners(uint32_t face, V3f out[4]) const = 0;
 

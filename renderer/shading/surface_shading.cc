@@ -91,7 +91,7 @@ void SurfaceShading::orient(ShadingPoint& p) const {
   if (given) {
     surface.interpolate(*given, p.face, p.u, p.v, &normal.x);
     normal = normalizedOr(transformNormal(normal, placement.worldToObject), p.Ng);
-  } else if (!surface.isFlat()) {
+  } else if (surface.hasSmoothNormals()) {
     normal =
         normalizedOr(transformNormal(surface.evaluate(p.face, p.u, p.v).N, placement.worldToObject), p.Ng);
   }
