@@ -108,13 +108,30 @@ float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCa
 
 }  // namespace
 
-Viewpoint Geometry::viewpoint(const M44d& toMesh) const {
-  // Instances share their object's surfaces: what turns to the eye does so from the object's own place.
-  const M44d inverse = toMesh.inverse();
+Viewpoint Geometry::viewpoint(const M44d& toWorld) const {
+  const M44d inverse = toWorld.inverse();
   Viewpoint view;
   view.perspective = camera_.perspective();
   view.eye = V3f(V3d(camera_.eye()) * inverse);
   view.direction = normalizedOr(transformVector(camera_.viewDirection(), M44f(inverse)), V3f(0, 0, 1));
+  // Distances and lengths grow alike.
+  view.pixels = camera_.pixelsPerUnit(1) *
+                (view.perspective ? 1.0f : static_cast<float>(std::cbrt(std::abs(toWorld.determinant()))));
+  return view;
+}
+
+/// What turns to the eye does so from the object's own place, as instances share their object's surfaces;
+/// what chooses its facets does so for the instance that is nearest.
+Viewpoint Geometry::viewpoint(const Primitive& primitive, const M44d& toMesh, uint32_t group) const {
+  Viewpoint view = viewpoint(toMesh);
+  if (group == kNone || !std::holds_alternative<Blobby>(primitive.shape)) return view;
+  float nearest = kInfinity;
+  for (const Instance& instance : scene_.instances) {
+    if (instance.object != group || !invertible(toMesh * instance.objectToWorld)) continue;
+    const Viewpoint from = viewpoint(toMesh * instance.objectToWorld);
+    const float distance = from.perspective ? from.eye.length2() : 1 / from.pixels;
+    if (distance < nearest) nearest = distance, view = from;
+  }
   return view;
 }
 
@@ -127,7 +144,7 @@ void Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t grou
   TracedSurface traced{&primitive, M44f(toMesh), meshBound(primitive), group, kNone, 0};
   std::unique_ptr<Surface> surface;
   if (traced.bound.isEmpty()) {
-    surface = patina::makeSurface(primitive, errors_, viewpoint(toMesh));
+    surface = patina::makeSurface(primitive, errors_, viewpoint(primitive, toMesh, group));
     if (!surface || surface->faceCount() == 0) return;
     ++surfaceCount;
     faceCount += surface->faceCount();
@@ -143,7 +160,8 @@ const Surface& Geometry::makeSurface(uint32_t k) const {
   const std::scoped_lock lock(surfaceMutex_[k % kMutexes]);
   if (made_[k]) return *made_[k];
   const TracedSurface& traced = traced_[k];
-  made_[k] = patina::makeSurface(*traced.primitive, errors_, viewpoint(M44d(traced.toMesh)));
+  made_[k] = patina::makeSurface(*traced.primitive, errors_,
+                                 viewpoint(*traced.primitive, M44d(traced.toMesh), traced.group));
   if (!made_[k]) made_[k] = std::make_unique<NoSurface>();
   ++surfaceCount;
   faceCount += made_[k]->faceCount();

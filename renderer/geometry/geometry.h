@@ -112,7 +112,8 @@ class Geometry {
   void makeUnits();
   std::vector<M44f> placesOf(uint32_t traced) const;
   const Surface& makeSurface(uint32_t traced) const;
-  Viewpoint viewpoint(const M44d& toMesh) const;
+  Viewpoint viewpoint(const M44d& toWorld) const;
+  Viewpoint viewpoint(const Primitive& primitive, const M44d& toMesh, uint32_t group) const;
 
   static constexpr size_t kMutexes = 64;
 

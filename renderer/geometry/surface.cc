@@ -2,9 +2,11 @@
 // Surfaces of primitives: the common parts and the choice of the kind.
 #include "renderer/geometry/surface.h"
 
+#include "renderer/geometry/blobby_surface.h"
 #include "renderer/geometry/curves_surface.h"
 #include "renderer/geometry/nurbs_surface.h"
 #include "renderer/geometry/parametric_mesh_surface.h"
+#include "renderer/geometry/points_surface.h"
 #include "renderer/geometry/polygon_surface.h"
 #include "renderer/geometry/quadric_surface.h"
 #include "renderer/geometry/subdivision_surface.h"
@@ -53,6 +55,12 @@ std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& e
           },
           [&](const NurbsPatch& patch) -> std::unique_ptr<Surface> {
             return NurbsSurface::make(patch, primitive, errors);
+          },
+          [&](const PointSet& points) -> std::unique_ptr<Surface> {
+            return PointsSurface::make(points, primitive, errors);
+          },
+          [&](const Blobby& blobby) -> std::unique_ptr<Surface> {
+            return BlobbySurface::make(blobby, primitive, view, errors);
           },
           [&](const SubdivisionMesh& mesh) { return makeSubdivisionSurface(mesh, primitive, errors); }},
       primitive.shape);

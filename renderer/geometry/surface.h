@@ -96,11 +96,17 @@ class Surface {
 };
 
 /// Where a primitive is seen from, in object space: primitives that turn to the eye (curves without normals)
-/// need it.
+/// and those that choose their own facets (blobbies) need it.
 struct Viewpoint {
   bool perspective = true;
   V3f eye{0, 0, 0};        ///< perspective
   V3f direction{0, 0, 1};  ///< of view, orthographic
+  float pixels = 0;        ///< that a unit across the view covers, perspective: at distance 1; 0 = not known
+
+  /// Pixels per unit of object space for a ball, where it is nearest to the eye.
+  float pixelsPerUnit(const V3f& center, float radius) const {
+    return perspective ? pixels / std::max((center - eye).length() - radius, 0.25f * radius) : pixels;
+  }
 };
 
 /// Builds the surface of a primitive. Geometry that cannot be made sense of (no area, bad counts) is reported

@@ -18,8 +18,8 @@ std::string_view requestName(const Shape& shape) {
                                                    "Paraboloid", "Disk", "Torus"};
   if (const auto* quadric = std::get_if<Quadric>(&shape))
     return kQuadrics[static_cast<size_t>(quadric->kind)];
-  static constexpr std::string_view kOthers[] = {"polygon",         "Quadric", "Patch",
-                                                 "SubdivisionMesh", "Curves",  "NuPatch"};
+  static constexpr std::string_view kOthers[] = {"polygon", "Quadric", "Patch",  "SubdivisionMesh",
+                                                 "Curves",  "NuPatch", "Points", "Blobby"};
   return kOthers[shape.index()];
 }
 
@@ -77,9 +77,9 @@ void SceneBuilder::addPrimitive(Shape shape, const ParamList& params, const Loca
   Primitive primitive;
   primitive.objectToWorld = state_.ctm;
   if (!isAffine(state_.ctm)) {
-    // What a projection makes of quadrics and of B-splines is not what it makes of their control points.
+    // What a projection makes of quadrics, fields and B-splines is not what it makes of their control points.
     if (std::holds_alternative<Quadric>(shape) || std::holds_alternative<NurbsPatch>(shape) ||
-        !projectVariables(state_.ctm, *variables)) {
+        std::holds_alternative<Blobby>(shape) || !projectVariables(state_.ctm, *variables)) {
       return error(RiError::Math, at,
                    fmt::format("{} under a perspective transformation cannot be drawn", requestName(shape)),
                    "projective");

@@ -120,7 +120,7 @@ std::optional<std::vector<PrimVar>> readVariables(const Shape& shape, const Para
   }
 
   std::vector<PrimVar> variables;
-  const bool hasPoints = !std::holds_alternative<Quadric>(shape);
+  const bool hasPoints = !std::holds_alternative<Quadric>(shape) && !std::holds_alternative<Blobby>(shape);
   const size_t indexed = pointsNeeded(shape);
   size_t given =
       0;  // points in the file: those that no face names are dropped, and so are the values that go with them

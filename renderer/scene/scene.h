@@ -159,7 +159,48 @@ struct NurbsPatch {
   bool keepInside = false;  ///< Attribute "trimcurve" "sense" "outside": what the loops do not enclose is cut
 };
 
-using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh, CurveSet, NurbsPatch>;
+/// Points: a ball around each of the points "P".
+struct PointSet {
+  size_t count = 0;
+};
+
+/// Blobby: a field over object space, whose surface is where it has the value of Blobby::kThreshold. A
+/// program of instructions, each of which gives one result; the last one's is the field. Checked by the
+/// builder: operands are earlier results, and fields find all their floats.
+struct Blobby {
+  /// The field of one unit ellipsoid at half its radius: (1 - 1/4)^3.
+  static constexpr double kThreshold = 0.421875;
+
+  enum class Op : uint8_t {
+    Add,  ///< and the next three: one operand or more
+    Multiply,
+    Maximum,
+    Minimum,
+    Subtract,  ///< and Divide: the second operand from (into) the first
+    Divide,
+    Negate,
+    Identity,
+    Constant,   ///< the first of the fields: 1 float
+    Ellipsoid,  ///< 16 floats: the matrix from the unit sphere to object space
+    Segment,    ///< 23 floats: end points, radius, and the matrix from their space to object space
+    Plane       ///< 4 floats: the profile of the repelling plane z = 0
+  };
+  struct Instruction {
+    Op op;
+    uint32_t first;  ///< index of `operands`; of a field: of `floats`
+    uint32_t count;  ///< of the operands or floats
+
+    bool isField() const { return op >= Op::Constant; }
+  };
+
+  std::vector<Instruction> instructions;
+  std::vector<uint32_t> operands;  ///< indices of instructions
+  std::vector<float> floats;
+  size_t leaves = 0;  ///< values of a varying or vertex variable: one for each field, in their order
+};
+
+using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh, CurveSet, NurbsPatch,
+                           PointSet, Blobby>;
 
 struct Primitive {
   Shape shape;

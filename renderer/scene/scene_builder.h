@@ -163,7 +163,8 @@ class SceneBuilder final : public RibHandler {
                               float sWidth, float tWidth, const ParamList& params,
                               const Location& at) override;
 
-  // Primitives (primitive_requests.cc, quadric_requests.cc, curve_requests.cc, nurbs_requests.cc)
+  // Primitives (primitive_requests.cc, quadric_requests.cc, curve_requests.cc, nurbs_requests.cc,
+  // points_requests.cc, blobby_requests.cc)
   void polygon(const ParamList& params, const Location& at) override;
   void generalPolygon(Ints loopVertexCounts, const ParamList& params, const Location& at) override;
   void pointsPolygons(Ints vertexCounts, Ints vertices, const ParamList& params, const Location& at) override;
@@ -181,6 +182,9 @@ class SceneBuilder final : public RibHandler {
                  Floats u, Floats v, Floats w, const Location& at) override;
   void subdivisionMesh(std::string_view scheme, Ints vertexCounts, Ints vertices, const SubdivisionTags& tags,
                        const ParamList& params, const Location& at) override;
+  void points(const ParamList& params, const Location& at) override;
+  void blobby(int leaves, Ints codes, Floats floats, Strings strings, const ParamList& params,
+              const Location& at) override;
   void sphere(float radius, float zMin, float zMax, float thetaMax, const ParamList& params,
               const Location& at) override;
   void cone(float height, float radius, float thetaMax, const ParamList& params, const Location& at) override;

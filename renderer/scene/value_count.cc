@@ -56,6 +56,12 @@ ValueCounts countsOf(const NurbsPatch& patch, size_t) {
           4 * u * v};
 }
 
+ValueCounts countsOf(const PointSet& points, size_t) { return {1, points.count, points.count, points.count}; }
+
+ValueCounts countsOf(const Blobby& blobby, size_t) {
+  return {1, blobby.leaves, blobby.leaves, blobby.leaves};
+}
+
 }  // namespace
 
 size_t ValueCounts::of(StorageClass storage) const {

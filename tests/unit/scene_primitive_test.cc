@@ -38,6 +38,10 @@ TEST(ValueCounts, ByKindOfPrimitive) {
   // Periodic B-spline of 6 points: six patches that share six corners.
   expect(ParametricMesh{true, 6, 4, true, false, {{}, 1}, {{}, 1}}, 0, {6, 12, 24, 24});
   expect(ParametricMesh{false, 5, 3, true, false, {}, {}}, 0, {10, 15, 15, 40});
+  expect(PointSet{5}, 0, {1, 5, 5, 5});
+  Blobby blobby;
+  blobby.leaves = 3;
+  expect(blobby, 0, {1, 3, 3, 3});
 }
 
 TEST(ValueCounts, PatchesAlongASide) {
@@ -203,13 +207,12 @@ TEST(Primitives, OutsideOfTheWorldTheyAreAnError) {
 }
 
 TEST(Primitives, WhatIsNotCarriedOutIsCounted) {
-  const Built built = inWorld(
-      "Blobby 1 [1001 0] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] [\"\"]\nPoints \"P\" [0 0 0]\nPoints \"P\" [0 0 "
-      "0]");
-  EXPECT_THAT(
-      built.messages,
-      ElementsAre("t.rib:2:1: warning: unimplemented: request Blobby is not carried out yet (once)",
-                  "t.rib:3:1: warning: unimplemented: request Points is not carried out yet (2 times)"));
+  const Built built =
+      inWorld("Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]\nAtmosphere \"fog\"\nAtmosphere \"fog\"");
+  EXPECT_THAT(built.messages,
+              testing::UnorderedElementsAre(
+                  "t.rib:2:1: warning: unimplemented: request Volume is not carried out yet (once)",
+                  "t.rib:3:1: warning: unimplemented: request Atmosphere is not carried out yet (2 times)"));
 }
 
 TEST(Primitives, TheTeapotIsClosedAroundItsAxisAndFacesOut) {
