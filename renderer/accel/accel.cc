@@ -127,6 +127,7 @@ struct Accel::Scenes {
   bool hasUnits = false;
 
   ~Scenes() {
+    if (geometry) geometry->tessellations().clear();  // their tracers are of unitDevice
     world.reset();
     objects.clear();
     if (unitDevice) rtcReleaseDevice(unitDevice);

@@ -82,8 +82,14 @@ std::atomic<uint64_t>& TessellationCache::takeEpoch() {
 
 TessellationCache::TessellationCache(size_t units, size_t budget) : units_(units), budget_(budget) {}
 
-TessellationCache::~TessellationCache() {
-  for (Unit& unit : units_) delete unit.resident.load();
+TessellationCache::~TessellationCache() { clear(); }
+
+void TessellationCache::clear() {
+  for (Unit& unit : units_) delete unit.resident.exchange(nullptr);
+  resident_.clear();
+  bytes_ = 0;
+  make_ = nullptr;
+  measure_ = nullptr;
 }
 
 void TessellationCache::setMaker(Make make, Measure measure) {

@@ -52,6 +52,8 @@ class TessellationCache {
 
   /// To be called before the first Reader. [main]
   void setMaker(Make make, Measure measure);
+  /// Drops everything, and the maker with it: nobody may read any more. [main]
+  void clear();
 
   /// A thread that looks at tessellations. One at a time per thread, and short: a ray, or a facet.
   class Reader {
