@@ -19,8 +19,9 @@ using Kind = PixelFilter::Kind;
 
 // A value in [0, 1) that depends on its arguments only.
 float noise(int x, int y, int sample, int channel) {
+  const auto scaled = [](int n, std::uint32_t by) { return static_cast<std::uint32_t>(n) * by; };
   std::uint32_t h =
-      static_cast<std::uint32_t>(x * 73856093 ^ y * 19349663 ^ sample * 83492791 ^ channel * 2654435);
+      scaled(x, 73856093) ^ scaled(y, 19349663) ^ scaled(sample, 83492791) ^ scaled(channel, 2654435);
   h = (h ^ (h >> 16)) * 0x7feb352du;
   h = (h ^ (h >> 15)) * 0x846ca68bu;
   return static_cast<float>((h ^ (h >> 16)) >> 8) * 0x1p-24f;
