@@ -101,7 +101,7 @@ class BlobbyField {
   struct Leaf {
     Kind kind;
     uint32_t number;
-    V3d origin;
+    V3d origin{0, 0, 0};
     double toField[3][3];
     double length;
     double profile[4];  ///< of a plane: A to D; of a constant: its value

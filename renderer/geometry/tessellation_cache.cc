@@ -27,9 +27,9 @@ bool fenceAllThreads(int command) { return syscall(SYS_membarrier, command, 0, 0
 
 // Sanitizers do not know membarrier.
 #if defined(__SANITIZE_THREAD__)
-const bool TessellationCache::fencesReaders = true;
+const bool TessellationCache::ordersReaders = true;
 #else
-const bool TessellationCache::fencesReaders = !fenceAllThreads(MEMBARRIER_CMD_REGISTER_PRIVATE_EXPEDITED);
+const bool TessellationCache::ordersReaders = !fenceAllThreads(MEMBARRIER_CMD_REGISTER_PRIVATE_EXPEDITED);
 #endif
 
 /// When the Reader of each thread began. Slots of threads that have ended are used again.
@@ -58,8 +58,7 @@ class Epochs {
   /// Readers that begin later: either they have passed the fence here, or their epoch is seen below.
   void waitForReaders() {
     const uint64_t epoch = TessellationCache::currentEpoch.fetch_add(1) + 1;
-    std::atomic_thread_fence(std::memory_order_seq_cst);
-    if (!TessellationCache::fencesReaders) fenceAllThreads(MEMBARRIER_CMD_PRIVATE_EXPEDITED);
+    if (!TessellationCache::ordersReaders) fenceAllThreads(MEMBARRIER_CMD_PRIVATE_EXPEDITED);
     const std::scoped_lock lock(mutex_);
     for (const Slot& slot : slots_)
       for (uint64_t began = slot.began.load(); began != 0 && began < epoch; began = slot.began.load())

@@ -66,7 +66,7 @@ class TessellationCache {
     const Tessellation& get(uint32_t unit) {
       Unit& wanted = cache_.units_[unit];
       for (;;) {
-        if (const Tessellation* known = wanted.resident.load(std::memory_order_acquire)) {
+        if (const Tessellation* known = wanted.resident.load()) {
           const uint32_t clock = cache_.clock_.load(std::memory_order_relaxed);
           if (wanted.lastMet.load(std::memory_order_relaxed) != clock)
             wanted.lastMet.store(clock, std::memory_order_relaxed);
@@ -80,12 +80,18 @@ class TessellationCache {
     }
 
    private:
+    /// Either what is read next is ordered behind the epoch here, or whoever drops a tessellation fences all
+    /// threads (Epochs::waitForReaders).
     void begin() {
-      epoch_.store(currentEpoch.load(std::memory_order_relaxed), std::memory_order_relaxed);
-      // The fence that orders this before what is read next is at the other side (Epochs::waitForReaders).
-      if (fencesReaders) std::atomic_thread_fence(std::memory_order_seq_cst);
-      std::atomic_signal_fence(std::memory_order_seq_cst);
+      const uint64_t now = currentEpoch.load(std::memory_order_relaxed);
+      if (ordersReaders) {
+        epoch_.exchange(now);
+      } else {
+        epoch_.store(now, std::memory_order_relaxed);
+        std::atomic_signal_fence(std::memory_order_seq_cst);
+      }
     }
+
     const TessellationCache& cache_;
     std::atomic<uint64_t>& epoch_;  ///< of this thread: when its Reader began; 0 = none
   };
@@ -97,7 +103,7 @@ class TessellationCache {
  private:
   friend class Epochs;
   static constinit inline std::atomic<uint64_t> currentEpoch = 1;
-  static const bool fencesReaders;  ///< the system cannot fence all threads at once
+  static const bool ordersReaders;  ///< the system cannot fence all threads at once
   static constinit inline thread_local std::atomic<uint64_t>* threadEpoch = nullptr;
   static std::atomic<uint64_t>& ownEpoch() { return threadEpoch ? *threadEpoch : takeEpoch(); }
   static std::atomic<uint64_t>& takeEpoch();
