@@ -74,7 +74,7 @@ class BlobbyField {
   /// Size of the finest detail of each field, and where: a ball in it that its surface would be, and about
   /// the area of that surface.
   struct Detail {
-    V3d center;
+    V3d center{0, 0, 0};
     double radius;  ///< the smallest
     double reach;   ///< of the field from the center
     double area;
