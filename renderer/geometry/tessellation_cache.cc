@@ -129,12 +129,14 @@ void TessellationCache::makeRoom(size_t bytes) const {
       const std::scoped_lock lock(evictMutex_);
       if (resident_.size() <= 1) return;  // the last one is being asked for
       const size_t count = std::max<size_t>(resident_.size() / 16, 1);
-      std::nth_element(resident_.begin(), resident_.begin() + static_cast<ptrdiff_t>(count) - 1,
-                       resident_.end(),
-                       [&](uint32_t a, uint32_t b) { return units_[a].lastMet < units_[b].lastMet; });
+      // By a copy of when they were met: Readers go on writing that.
+      std::vector<std::pair<uint32_t, uint32_t>> order;
+      for (const uint32_t unit : resident_) order.emplace_back(units_[unit].lastMet, unit);
+      std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(count) - 1, order.end());
       for (size_t k = 0; k < count; ++k)
-        dropped.emplace_back(units_[resident_[k]].resident.exchange(nullptr));
-      resident_.erase(resident_.begin(), resident_.begin() + static_cast<ptrdiff_t>(count));
+        dropped.emplace_back(units_[order[k].second].resident.exchange(nullptr));
+      resident_.clear();
+      for (size_t k = count; k < order.size(); ++k) resident_.push_back(order[k].second);
     }
     unitsDropped += static_cast<int64_t>(dropped.size());
     Epochs::all().waitForReaders();
