@@ -148,19 +148,21 @@ struct Accel::Scenes {
     const V3f inWorld = placed ? transformNormal(normal, placed->worldToMesh) : normal;
     return {t, index, owner.face, u, v, inWorld.dot(direction) * geometry->placements()[index].meshSign <= 0};
   }
-  std::unique_ptr<EmbreeScene> makeGroup(uint32_t group, uint32_t first, uint32_t end);
+  std::unique_ptr<EmbreeScene> makeGroup(uint32_t first, uint32_t end);
   std::unique_ptr<Tessellation> tessellate(uint32_t unit) const;
 };
 
-std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t group, uint32_t first, uint32_t end) {
+std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t first, uint32_t end) {
   auto scene = std::make_unique<EmbreeScene>(device, *geometry, RTC_BUILD_QUALITY_MEDIUM);
-  for (uint32_t k = first; k < end; ++k)
-    if (geometry->traced()[k].unit == kNone) scene->addFlat(k);
-  scene->attach();
   UnitList list{geometry, {}};
-  for (uint32_t unit = 0; unit < geometry->units().size(); ++unit)
-    if (geometry->traced()[geometry->units()[unit].members.front()].group == group)
-      list.units.push_back(unit);
+  for (uint32_t k = first; k < end; ++k) {
+    const TracedSurface& traced = geometry->traced()[k];
+    if (traced.unit == kNone)
+      scene->addFlat(k);
+    else if (traced.member == 0)
+      list.units.push_back(traced.unit);  // all members are of one group
+  }
+  scene->attach();
   if (list.units.empty()) return scene;
   hasUnits = true;
   lists.push_back(std::move(list));
@@ -224,12 +226,12 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
 
   uint32_t worldEnd = 0;
   while (worldEnd < geometry.traced().size() && geometry.traced()[worldEnd].group == kNone) ++worldEnd;
-  s.world = s.makeGroup(kNone, 0, worldEnd);
+  s.world = s.makeGroup(0, worldEnd);
   s.objects.resize(geometry.scene().objects.size());
   for (uint32_t object = 0; object < s.objects.size(); ++object) {
     const auto [first, end] = geometry.groupRange(object);
     if (first == end) continue;
-    s.objects[object] = s.makeGroup(object, first, end);
+    s.objects[object] = s.makeGroup(first, end);
     rtcCommitScene(s.objects[object]->scene());
   }
   s.firstInstanceId = s.world->geometries() + 1;
