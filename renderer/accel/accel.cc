@@ -91,7 +91,7 @@ void intersectUnit(const RTCIntersectFunctionNArguments* args) {
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene.scene(), args->context, &ray);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-    const FaceOwner& owner = scene.owner(ray.hit.geomID, ray.hit.primID);
+    const FaceOwner owner = scene.ownerOf(ray.hit.geomID, ray.hit.primID, ray.hit.u, ray.hit.v);
     ray.hit.geomID = kFirstTraced + owner.traced;
     ray.hit.primID = owner.face;
     RTCRayN_tfar(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) = ray.ray.tfar;
@@ -188,10 +188,10 @@ std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
     auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry);
     const std::vector<uint32_t>& members = geometry->units()[unit].members;
     for (size_t m = 0; m < members.size(); ++m) {
-      if (made->cells[m] == 0)
-        tracer->scene.addFlat(members[m]);
+      if (made->members[m].rates)
+        tracer->scene.addFacets(members[m], made->members[m], *made);
       else
-        tracer->scene.addFacets(members[m], made->cells[m], made->first[m], made->vertices);
+        tracer->scene.addFlat(members[m]);
     }
     tracer->scene.attach();
     rtcCommitScene(tracer->scene.scene());

@@ -2,9 +2,6 @@
 // Surfaces as Embree geometries.
 #include "renderer/accel/embree_scene.h"
 
-#include <limits>
-#include <stdexcept>
-
 namespace patina {
 
 EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality)
@@ -44,16 +41,34 @@ void EmbreeScene::addFlat(uint32_t traced) {
   }
 }
 
-void EmbreeScene::addFacets(uint32_t traced, uint32_t cells, size_t first, std::span<const V3f> vertices) {
+void EmbreeScene::addFacets(uint32_t traced, const Tessellation::Member& member,
+                            const Tessellation& tessellation) {
+  const Surface& surface = geometry_.surface(traced);
   Part& to = part(traced, Kind::Grids);
-  to.shared = vertices;
-  const auto row = static_cast<uint16_t>(cells + 1);
-  for (uint32_t face = 0; face < geometry_.surface(traced).faceCount(); ++face) {
-    const size_t begin = first + size_t{face} * row * row;
-    if (begin > std::numeric_limits<uint32_t>::max()) throw std::length_error("too many facets in one unit");
-    to.grids.push_back({static_cast<uint32_t>(begin), row, row, row});
-    to.owners.push_back({traced, face});
+  to.shared = tessellation.vertices;
+  const SurfaceRates& rates = *member.rates;
+  for (uint32_t tile = 0; tile < rates.tiles.size(); ++tile) {
+    const TileRates& r = rates.tiles[tile];
+    const auto row = static_cast<uint16_t>(r.cellsU() + 1);
+    to.grids.push_back(
+        {tessellation.first[member.firstTile + tile], row, row, static_cast<uint16_t>(r.cellsV() + 1)});
+    to.owners.push_back({traced, tile});
+    if (rates.tiling > 0 || surface.faceShape(rates.faceOf(tile)) != FaceShape::Quad) {
+      to.rates.resize(to.owners.size());
+      to.rates.back() = &rates;
+    }
   }
+}
+
+FaceOwner EmbreeScene::ownerOf(const Part& part, uint32_t primitive, float& u, float& v) {
+  FaceOwner owner = part.owners[primitive];
+  if (primitive >= part.rates.size() || !part.rates[primitive]) return owner;
+  const SurfaceRates& rates = *part.rates[primitive];
+  const uint32_t face = rates.faceOf(owner.face);
+  const V2f uv = tileToFace(rates, part.geometry->surface(owner.traced).faceShape(face), owner.face, {u, v});
+  u = uv.x, v = uv.y;
+  owner.face = face;
+  return owner;
 }
 
 void EmbreeScene::attach() {
@@ -98,9 +113,9 @@ void EmbreeScene::filterHits(const RTCFilterFunctionNArguments* args) {
   const Part& part = *static_cast<const Part*>(args->geometryUserPtr);
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
-    const FaceOwner& owner = part.owners[RTCHitN_primID(args->hit, args->N, k)];
+    V2f uv(RTCHitN_u(args->hit, args->N, k), RTCHitN_v(args->hit, args->N, k));
+    const FaceOwner owner = ownerOf(part, RTCHitN_primID(args->hit, args->N, k), uv.x, uv.y);
     const TracedSurface& traced = part.geometry->traced()[owner.traced];
-    const V2f uv(RTCHitN_u(args->hit, args->N, k), RTCHitN_v(args->hit, args->N, k));
     const Surface& surface = part.geometry->surface(owner.traced);
     if (part.hasHoles && surface.isHole(owner.face, uv.x, uv.y)) {
       args->valid[k] = 0;

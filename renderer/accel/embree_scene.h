@@ -15,7 +15,7 @@ namespace patina {
 /// A face of an Embree geometry's primitive.
 struct FaceOwner {
   uint32_t traced;  ///< index of Geometry::traced()
-  uint32_t face;
+  uint32_t face;    ///< in an EmbreeScene's lists: of tessellated surfaces the tile
 };
 
 /// The faces of some surfaces: triangles, quads and grids of facets, those of one visibility and sidedness
@@ -28,15 +28,20 @@ class EmbreeScene {
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
   void addFlat(uint32_t traced);
-  /// `vertices` must outlive the scene; those of the surface begin at `first`.
-  void addFacets(uint32_t traced, uint32_t cells, size_t first, std::span<const V3f> vertices);
+  /// The facets of a member of a tessellation, which must outlive the scene.
+  void addFacets(uint32_t traced, const Tessellation::Member& member, const Tessellation& tessellation);
   /// Makes the geometries of what was added. Once.
   void attach();
 
   RTCScene scene() const { return scene_; }
   uint32_t geometries() const { return static_cast<uint32_t>(parts_.size()); }
+  /// Of flat faces.
   const FaceOwner& owner(uint32_t geometry, uint32_t primitive) const {
     return parts_[geometry]->owners[primitive];
+  }
+  /// The face that was met; `u` and `v` become those of the face.
+  FaceOwner ownerOf(uint32_t geometry, uint32_t primitive, float& u, float& v) const {
+    return ownerOf(*parts_[geometry], primitive, u, v);
   }
 
  private:
@@ -56,8 +61,11 @@ class EmbreeScene {
     std::vector<uint32_t> indices;
     std::vector<RTCGrid> grids;
     std::span<const V3f> shared;  ///< of grids
+    std::vector<const SurfaceRates*>
+        rates;  ///< of grids: by Embree primitive, null where tiles are whole quads
   };
   Part& part(uint32_t traced, Kind kind);
+  static FaceOwner ownerOf(const Part& part, uint32_t primitive, float& u, float& v);
   static void filterHits(const RTCFilterFunctionNArguments* args);
 
   RTCDevice device_;

@@ -212,7 +212,7 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
   }
   surfaces_ = std::vector<std::atomic<const Surface*>>(traced_.size());
-  cells_ = std::vector<std::atomic<uint32_t>>(traced_.size());
+  rates_.resize(traced_.size());
   for (size_t k = 0; k < traced_.size(); ++k) surfaces_[k] = made_[k].get();
 
   for (uint32_t k = 0; k < worldCount; ++k) {
@@ -285,31 +285,43 @@ std::vector<M44f> Geometry::placesOf(uint32_t traced) const {
   return places;
 }
 
+// Called while the unit is being made, which one thread does at a time.
+const SurfaceRates& Geometry::rates(uint32_t k) const {
+  if (!rates_[k]) {
+    rates_[k] = std::make_unique<const SurfaceRates>(traceRates(camera_, surface(k), placesOf(k)));
+    surfaceBytes_ += rates_[k]->memory();
+    if (rates_[k]->limited) facetsLimited_ = true;
+  }
+  return *rates_[k];
+}
+
 std::unique_ptr<Tessellation> Geometry::tessellate(uint32_t index) const {
   const SurfaceUnit& unit = units_[index];
   auto result = std::make_unique<Tessellation>();
-  size_t count = 0;
+  size_t vertices = 1, tiles = 0;
   for (const uint32_t k : unit.members) {
-    const Surface& made = surface(k);
-    uint32_t cells = 0;
-    if (!made.isFlat()) {
-      cells = cells_[k].load(std::memory_order_relaxed);
-      if (cells == 0) cells_[k] = cells = traceCells(camera_, made, placesOf(k));
+    Tessellation::Member& member = result->members.emplace_back();
+    member.firstTile = tiles;
+    if (!isTessellated(k)) continue;
+    member.rates = &rates(k);
+    tiles += member.rates->tiles.size();
+    for (const TileRates& r : member.rates->tiles) {
+      vertices += r.vertices();
+      facetCount += int64_t{1} << (r.u + r.v);
     }
-    result->cells.push_back(cells);
-    result->first.push_back(count);
-    if (cells > 0) count += size_t{cells + 1} * (cells + 1) * made.faceCount();
-    facetCount += static_cast<int64_t>(cells) * cells * made.faceCount();
   }
-  if (count > 0) result->vertices.resize(count + 1);  // Embree reads 16 bytes of the last one, too
+  if (tiles == 0) return result;
+  result->first.reserve(tiles);
+  result->vertices.reserve(vertices);
   for (size_t m = 0; m < unit.members.size(); ++m) {
-    if (result->cells[m] == 0) continue;
-    const Surface& made = surface(unit.members[m]);
-    const size_t row = result->cells[m] + 1;
-    const std::span<V3f> grid =
-        std::span(result->vertices).subspan(result->first[m], row * row * made.faceCount());
-    made.tessellate(result->cells[m], grid);
-    for (V3f& p : grid) p = transformPoint(p, traced_[unit.members[m]].toMesh);
+    const SurfaceRates* known = result->members[m].rates;
+    if (!known) continue;
+    const size_t begin = result->vertices.size();
+    patina::tessellate(surface(unit.members[m]), *known, result->first, result->vertices);
+    thinSides(*known, std::span(result->first).subspan(result->members[m].firstTile),
+              std::span(result->vertices));
+    for (V3f& p : std::span(result->vertices).subspan(begin))
+      p = transformPoint(p, traced_[unit.members[m]].toMesh);
   }
   return result;
 }
@@ -319,15 +331,8 @@ std::unique_ptr<Tessellation> Geometry::leaveOut(uint32_t index, std::string_vie
   errors_.report(Severity::Error, RiError::OutOfMemory, traced_[unit.members.front()].primitive->where,
                  fmt::format("{} primitive(s) from here on are left out: {}", unit.members.size(), why));
   auto result = std::make_unique<Tessellation>();
-  result->cells.resize(unit.members.size());
-  result->first.resize(unit.members.size());
+  result->members.resize(unit.members.size());
   return result;
-}
-
-uint32_t Geometry::cells(uint32_t traced) const {
-  const TracedSurface& t = traced_[traced];
-  if (t.unit == kNone || surface(traced).isFlat()) return 0;
-  return TessellationCache::Reader(*tessellations_).get(t.unit).cells[t.member];
 }
 
 void Geometry::reportMemory() const {
@@ -337,6 +342,9 @@ void Geometry::reportMemory() const {
   setStatistic("Memory/tessellations, most MB", static_cast<double>(tessellations_->peak()) / kMegabyte);
   setStatistic("Memory/tessellations, budget MB", static_cast<double>(tessellations_->budget()) / kMegabyte);
   setStatistic("Geometry/units", static_cast<double>(units_.size()));
+  if (facetsLimited_)
+    errors_.report(Severity::Warning, RiError::LimitCheck, {},
+                   "too many facets: some surfaces are traced coarser than their size in pixels asks");
   if (patches_->limited())
     errors_.report(Severity::Warning, RiError::LimitCheck, {},
                    "too many micropolygons: some patches stay coarser than ShadingRate asks");
@@ -356,19 +364,15 @@ void Geometry::facetCorners(uint32_t placement, uint32_t face, float u, float v,
   const Surface& made = surface(index);
   V3f quad[4];
   bool found = false;
-  if (traced.unit != kNone && !made.isFlat()) {
+  if (isTessellated(index)) {
     TessellationCache::Reader reader(*tessellations_);
     const Tessellation& tessellation = reader.get(traced.unit);
-    if (const uint32_t cells = tessellation.cells[traced.member]; cells > 0) {
-      const uint32_t row = cells + 1;
-      const float x = u * static_cast<float>(cells), y = v * static_cast<float>(cells);
-      const uint32_t i = std::min(static_cast<uint32_t>(std::max(x, 0.0f)), cells - 1);
-      const uint32_t j = std::min(static_cast<uint32_t>(std::max(y, 0.0f)), cells - 1);
-      const V3f* corner =
-          &tessellation
-               .vertices[tessellation.first[traced.member] + size_t{face} * row * row + size_t{j} * row + i];
-      quad[0] = corner[0], quad[1] = corner[1], quad[2] = corner[row], quad[3] = corner[row + 1];
-      u = x - static_cast<float>(i), v = y - static_cast<float>(j);
+    const Tessellation::Member& member = tessellation.members[traced.member];
+    if (member.rates) {
+      const FacetPlace at = locateFacet(*member.rates, made.faceShape(face), face, {u, v});
+      const V3f* corner = &tessellation.vertices[tessellation.first[member.firstTile + at.tile] + at.vertex];
+      quad[0] = corner[0], quad[1] = corner[1], quad[2] = corner[at.row], quad[3] = corner[at.row + 1];
+      u = at.uv.x, v = at.uv.y;
       found = true;
     }
   }
@@ -385,19 +389,76 @@ void Geometry::facetCorners(uint32_t placement, uint32_t face, float u, float v,
   weights = first ? V2f(u, v) : V2f(1 - u, 1 - v);
 }
 
+void Geometry::forEachFacet(uint32_t placement, const std::function<void(const FacetQuad&)>& visit) const {
+  const Placement& p = placements_[placement];
+  const TracedSurface& traced = traced_[p.traced];
+  const Surface& made = surface(p.traced);
+  FacetQuad quad;
+  if (!isTessellated(p.traced)) {
+    for (quad.face = 0; quad.face < made.faceCount(); ++quad.face) {
+      quad.isTriangle = made.faceShape(quad.face) == FaceShape::Triangle;
+      made.corners(quad.face, quad.P);
+      for (int k = 0; k < (quad.isTriangle ? 3 : 4); ++k) {
+        quad.uv[k] = V2f(static_cast<float>(k % 2), static_cast<float>(k / 2));
+        quad.P[k] = transformPoint(quad.P[k], p.objectToWorld);
+      }
+      quad.error = facetError(p, quad.P[0], quad.P[1] - quad.P[0], quad.P[2] - quad.P[0]);
+      visit(quad);
+    }
+    return;
+  }
+  quad.isTriangle = false;
+  TessellationCache::Reader reader(*tessellations_);
+  const Tessellation& tessellation = reader.get(traced.unit);
+  const Tessellation::Member& member = tessellation.members[traced.member];
+  if (!member.rates) return;
+  for (uint32_t tile = 0; tile < member.rates->tiles.size(); ++tile) {
+    const TileRates& r = member.rates->tiles[tile];
+    quad.face = member.rates->faceOf(tile);
+    const FaceShape shape = made.faceShape(quad.face);
+    const auto [column, row] = member.rates->placeOf(tile);
+    const float size = 1 / static_cast<float>(member.rates->tilesAlong());
+    const V3f* grid = &tessellation.vertices[tessellation.first[member.firstTile + tile]];
+    for (uint32_t j = 0; j < r.cellsV(); ++j)
+      for (uint32_t i = 0; i < r.cellsU(); ++i) {
+        for (uint32_t k = 0; k < 4; ++k) {
+          const uint32_t x = i + k % 2, y = j + k / 2;
+          quad.uv[k] = gridToFace(
+              shape,
+              {(static_cast<float>(column) + static_cast<float>(x) / static_cast<float>(r.cellsU())) * size,
+               (static_cast<float>(row) + static_cast<float>(y) / static_cast<float>(r.cellsV())) * size});
+          V3f point = grid[y * (r.cellsU() + 1) + x];
+          if (p.instance != kNone) point = transformPoint(point, instances_[p.instance].meshToWorld);
+          quad.P[k] = point;
+        }
+        quad.error = facetError(p, quad.P[0], quad.P[1] - quad.P[0], quad.P[2] - quad.P[0]);
+        visit(quad);
+      }
+  }
+}
+
+// Interpolation is good to a few roundings of the corners; the plane that a traversal kernel meets, to a few
+// of the corners' distance from the ray's origin, which the facet's extent stands for when origins lie on
+// facets.
+float Geometry::facetError(const Placement& p, const V3f& point, const V3f& edge1, const V3f& edge2) const {
+  float magnitude = maxAbsComponent(point);
+  if (p.instance != kNone) {
+    // The ray is taken to mesh space and the point back: cancellation is bounded by the terms of the sum.
+    const M44f& m = instances_[p.instance].meshToWorld;
+    const V3f local = transformPoint(point, instances_[p.instance].worldToMesh);
+    magnitude = std::max(
+        magnitude, maxAbsComponent({m[3][0], m[3][1], m[3][2]}) + maxAbsComponent(transformVector(local, m)));
+  }
+  return roundingBound(16) * (magnitude + maxAbsComponent(edge1) + maxAbsComponent(edge2));
+}
+
 Facet Geometry::facet(uint32_t placement, uint32_t face, float u, float v) const {
   const Placement& p = placements_[placement];
   V3f c[3];
   V2f w;
   facetCorners(placement, face, u, v, c, w);
-  float magnitude = 0;
-  if (p.instance != kNone) {
-    const M44f& m = instances_[p.instance].meshToWorld;
-    for (V3f& corner : c) corner = transformPoint(corner, m);
-    // The ray is taken to mesh space and the point back: cancellation is bounded by the terms of the sum.
-    const V3f local = transformPoint(c[0], instances_[p.instance].worldToMesh);
-    magnitude = maxAbsComponent({m[3][0], m[3][1], m[3][2]}) + maxAbsComponent(transformVector(local, m));
-  }
+  if (p.instance != kNone)
+    for (V3f& corner : c) corner = transformPoint(corner, instances_[p.instance].meshToWorld);
   const V3f e1 = c[1] - c[0], e2 = c[2] - c[0];
   Facet facet;
   facet.P = c[0] * (1 - w.x - w.y) + c[1] * w.x + c[2] * w.y;
@@ -407,11 +468,7 @@ Facet Geometry::facet(uint32_t placement, uint32_t face, float u, float v) const
     facet.N =
         normalizedOr(transformNormal(surface(p).evaluate(face, u, v).N, p.worldToObject), V3f(0, 0, 1)) *
         p.normalSign;
-  // Interpolation is good to a few roundings of the corners; the plane that a traversal kernel meets, to a
-  // few of the corners' distance from the ray's origin, which the facet's extent stands for when origins lie
-  // on facets.
-  magnitude = std::max(magnitude, maxAbsComponent(facet.P)) + maxAbsComponent(e1) + maxAbsComponent(e2);
-  facet.error = roundingBound(16) * magnitude;
+  facet.error = facetError(p, facet.P, e1, e2);
   return facet;
 }
 

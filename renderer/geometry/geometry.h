@@ -4,10 +4,12 @@
 
 #include <array>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <vector>
 
+#include "renderer/geometry/facet_rates.h"
 #include "renderer/geometry/patches.h"
 #include "renderer/geometry/surface.h"
 #include "renderer/geometry/tessellation_cache.h"
@@ -100,8 +102,20 @@ class Geometry {
   Facet facet(uint32_t placement, uint32_t face, float u, float v) const;
   /// Corners of the two triangles of a facet cell are those of Embree: (00, 10, 01) and (11, 01, 10).
   void facetCorners(uint32_t placement, uint32_t face, float u, float v, V3f out[3], V2f& weights) const;
-  /// Facets along u and v of each face; 0 = flat.
-  uint32_t cells(uint32_t traced) const;
+  /// Whether rays meet facets that are made on demand, in place of the surface's own flat faces.
+  bool isTessellated(uint32_t traced) const {
+    return traced_[traced].unit != kNone && !surface(traced).isFlat();
+  }
+  /// All that rays may meet of a placement, by quads of two triangles each: (00, 10, 01) and (11, 01, 10), or
+  /// single triangles.
+  struct FacetQuad {
+    uint32_t face;
+    bool isTriangle;
+    V2f uv[4];    ///< of the face; order 00, 10, 01, 11
+    V3f P[4];     ///< world space
+    float error;  ///< see Facet
+  };
+  void forEachFacet(uint32_t placement, const std::function<void(const FacetQuad&)>& visit) const;
 
   /// Sets the statistics that are known at the end of a frame. [main]
   void reportMemory() const;
@@ -112,6 +126,8 @@ class Geometry {
   void makeUnits();
   std::vector<M44f> placesOf(uint32_t traced) const;
   const Surface& makeSurface(uint32_t traced) const;
+  const SurfaceRates& rates(uint32_t traced) const;
+  float facetError(const Placement& p, const V3f& point, const V3f& edge1, const V3f& edge2) const;
   Viewpoint viewpoint(const M44d& toWorld) const;
   Viewpoint viewpoint(const Primitive& primitive, const M44d& toMesh, uint32_t group) const;
 
@@ -121,11 +137,12 @@ class Geometry {
   const RasterCamera camera_;
   ErrorHandler& errors_;
   std::vector<TracedSurface> traced_;
-  mutable std::vector<std::unique_ptr<const Surface>> made_;   ///< by traced surface; see surfaces_
-  mutable std::vector<std::atomic<const Surface*>> surfaces_;  ///< made_, for readers without a lock
-  mutable std::vector<std::atomic<uint32_t>> cells_;           ///< by traced surface; 0 = not known yet
-  mutable std::array<std::mutex, kMutexes> surfaceMutex_;      ///< by traced surface
+  mutable std::vector<std::unique_ptr<const Surface>> made_;        ///< by traced surface; see surfaces_
+  mutable std::vector<std::atomic<const Surface*>> surfaces_;       ///< made_, for readers without a lock
+  mutable std::vector<std::unique_ptr<const SurfaceRates>> rates_;  ///< by traced surface; null = not known
+  mutable std::array<std::mutex, kMutexes> surfaceMutex_;           ///< by traced surface
   mutable std::atomic<size_t> surfaceBytes_ = 0;
+  mutable std::atomic<bool> facetsLimited_ = false;
   std::vector<Placement> placements_;
   std::vector<std::vector<uint32_t>> instancesOf_;  ///< by object: indices of instances_
   std::vector<PlacedInstance> instances_;

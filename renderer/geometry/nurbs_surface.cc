@@ -72,15 +72,14 @@ void NurbsSurface::corners(uint32_t face, V3f out[4]) const {
     out[k] = V3f(position(u_.positionAt(column(face), k % 2), v_.positionAt(row(face), k / 2)));
 }
 
-void NurbsSurface::tessellate(uint32_t cells, std::span<V3f> out) const {
-  const size_t side = size_t{cells} + 1;
-  std::vector<Weights> wu(side);
-  for (uint32_t face = 0; face < faceCount(); ++face) {
-    for (size_t i = 0; i < side; ++i) wu[i] = u_.positionAt(column(face), static_cast<double>(i) / cells);
-    for (size_t j = 0; j < side; ++j) {
-      const Weights wv = v_.positionAt(row(face), static_cast<double>(j) / cells);
-      for (size_t i = 0; i < side; ++i) out[face * side * side + j * side + i] = V3f(position(wu[i], wv));
-    }
+void NurbsSurface::evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                                std::span<V3f> out) const {
+  thread_local std::vector<Weights> wu;
+  wu.resize(u.size());
+  for (size_t i = 0; i < u.size(); ++i) wu[i] = u_.positionAt(column(face), u[i]);
+  for (size_t j = 0; j < v.size(); ++j) {
+    const Weights wv = v_.positionAt(row(face), v[j]);
+    for (size_t i = 0; i < u.size(); ++i) out[j * u.size() + i] = V3f(position(wu[i], wv));
   }
 }
 

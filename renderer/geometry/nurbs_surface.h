@@ -44,7 +44,8 @@ class NurbsSurface final : public Surface {
   Box3f bound() const override { return bound_; }
   bool hasHoles() const override { return trim_ != nullptr; }
   bool isHole(uint32_t face, float u, float v) const override;
-  void tessellate(uint32_t cells, std::span<V3f> out) const override;
+  void evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                    std::span<V3f> out) const override;
 
  private:
   using Weights = SplineDirection::Weights;

@@ -145,20 +145,15 @@ void ParametricMeshSurface::corners(uint32_t face, V3f out[4]) const {
   for (int k = 0; k < 4; ++k) out[k] = V3f(project(alongV(alongU(control, u_.at(k % 2)), v_.at(k / 2))));
 }
 
-void ParametricMeshSurface::tessellate(uint32_t cells, std::span<V3f> out) const {
-  std::vector<Weights> wu(cells + 1), wv(cells + 1);
-  for (uint32_t i = 0; i <= cells; ++i) {
-    wu[i] = u_.at(static_cast<double>(i) / cells);
-    wv[i] = v_.at(static_cast<double>(i) / cells);
-  }
-  const size_t side = cells + 1;
-  for (uint32_t face = 0; face < faceCount(); ++face) {
-    const Control control = gather(face);
-    for (size_t i = 0; i < side; ++i) {
-      const Rows rows = alongU(control, wu[i]);
-      for (size_t j = 0; j < side; ++j)
-        out[face * side * side + j * side + i] = V3f(project(alongV(rows, wv[j])));
-    }
+void ParametricMeshSurface::evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                                         std::span<V3f> out) const {
+  thread_local std::vector<Weights> wv;
+  wv.resize(v.size());
+  for (size_t j = 0; j < v.size(); ++j) wv[j] = v_.at(v[j]);
+  const Control control = gather(face);
+  for (size_t i = 0; i < u.size(); ++i) {
+    const Rows rows = alongU(control, u_.at(u[i]));
+    for (size_t j = 0; j < v.size(); ++j) out[j * u.size() + i] = V3f(project(alongV(rows, wv[j])));
   }
 }
 

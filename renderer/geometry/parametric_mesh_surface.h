@@ -65,7 +65,8 @@ class ParametricMeshSurface final : public Surface {
     return {1 / static_cast<float>(patchesU_), 1 / static_cast<float>(patchesV_)};
   }
   Box3f bound() const override { return bound_; }
-  void tessellate(uint32_t cells, std::span<V3f> out) const override;
+  void evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                    std::span<V3f> out) const override;
 
  private:
   using Weights = SplineBasis::Weights;

@@ -173,9 +173,4 @@ class PatchTable {
   mutable std::atomic<bool> limited_ = false;
 };
 
-/// Cells along the edges of every face for tracing a surface that is not flat and stands where
-/// `objectToWorld` says: fine enough that the facets stay within about a twentieth of a pixel of the surface
-/// where it is seen, and turn little where they are wider than a pixel. A power of two.
-uint32_t traceCells(const RasterCamera& camera, const Surface& surface, std::span<const M44f> objectToWorld);
-
 }  // namespace patina

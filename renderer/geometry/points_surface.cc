@@ -66,19 +66,18 @@ void PointsSurface::corners(uint32_t face, V3f out[4]) const {
                     direction(kFaces[face % 6], k % 2 == 0 ? -1.0 : 1.0, k / 2 == 0 ? -1.0 : 1.0));
 }
 
-void PointsSurface::tessellate(uint32_t cells, std::span<V3f> out) const {
-  std::vector<double> t(cells + 1);
-  for (uint32_t i = 0; i <= cells; ++i) t[i] = tangent(static_cast<double>(i) / cells);
-  std::vector<V3d> unit;  // a ball of radius 1, as all of them are
-  for (const Face& face : kFaces)
-    for (const double y : t)
-      for (const double x : t) unit.push_back(direction(face, x, y));
+void PointsSurface::evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                                 std::span<V3f> out) const {
+  thread_local std::vector<double> x;
+  x.clear();
+  for (const double s : u) x.push_back(tangent(s));
+  const uint32_t point = pointOf(face);
+  const V3f center = points_[point];
+  const double r = radius(point);
   auto next = out.begin();
-  for (uint32_t k = 0; k < count_; ++k) {
-    const uint32_t point = pointOf(6 * k);
-    const V3f center = points_[point];
-    const double r = radius(point);
-    for (const V3d& d : unit) *next++ = onBall(center, r, d);
+  for (const double t : v) {
+    const double y = tangent(t);
+    for (const double a : x) *next++ = onBall(center, r, direction(kFaces[face % 6], a, y));
   }
 }
 

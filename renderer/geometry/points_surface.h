@@ -35,7 +35,8 @@ class PointsSurface final : public Surface {
   V2f surfaceParameters(uint32_t, float, float) const override { return {0, 0}; }
   V2f parameterScale(uint32_t) const override { return {0, 0}; }
   Box3f bound() const override { return bound_; }
-  void tessellate(uint32_t cells, std::span<V3f> out) const override;
+  void evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                    std::span<V3f> out) const override;
 
  private:
   PointsSurface() = default;

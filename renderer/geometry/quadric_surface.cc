@@ -113,12 +113,14 @@ void QuadricSurface::corners(uint32_t, V3f out[4]) const {
   for (int k = 0; k < 4; ++k) out[k] = evaluate(0, static_cast<float>(k % 2), static_cast<float>(k / 2)).P;
 }
 
-void QuadricSurface::tessellate(uint32_t cells, std::span<V3f> out) const {
-  std::vector<SinCos> theta(cells + 1);
-  for (uint32_t i = 0; i <= cells; ++i) theta[i] = sinCosDegrees(static_cast<double>(i) / cells * theta_);
+void QuadricSurface::evaluateGrid(uint32_t, std::span<const double> u, std::span<const double> v,
+                                  std::span<V3f> out) const {
+  thread_local std::vector<SinCos> theta;
+  theta.clear();
+  for (const double x : u) theta.push_back(sinCosDegrees(x * theta_));
   auto next = out.begin();
-  for (uint32_t j = 0; j <= cells; ++j) {
-    const V3d p = profile(static_cast<double>(j) / cells).p;
+  for (const double y : v) {
+    const V3d p = profile(y).p;
     for (const SinCos& t : theta) *next++ = V3f(rotate(p, t));
   }
 }

@@ -29,7 +29,8 @@ class QuadricSurface final : public Surface {
   V2f surfaceParameters(uint32_t, float u, float v) const override { return {u, v}; }
   V2f parameterScale(uint32_t) const override { return {1, 1}; }
   Box3f bound() const override { return bound_; }
-  void tessellate(uint32_t cells, std::span<V3f> out) const override;
+  void evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                    std::span<V3f> out) const override;
 
  private:
   using Kind = Quadric::Kind;

@@ -58,7 +58,11 @@ class SubdivisionSurface final : public Surface {
   V2f surfaceParameters(uint32_t, float u, float v) const override { return {u, v}; }
   V2f parameterScale(uint32_t) const override { return {1, 1}; }
   Box3f bound() const override { return bound_; }
-  void tessellate(uint32_t cells, std::span<V3f> out) const override;
+  void evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                    std::span<V3f> out) const override;
+  Side sideOf(uint32_t face, uint32_t side) const override;
+  void weld(const SurfaceRates& rates, std::span<const uint32_t> first,
+            std::span<V3f> vertices) const override;
 
  private:
   using BfrSurface = OpenSubdiv::Bfr::Surface<double>;
@@ -96,14 +100,10 @@ class SubdivisionSurface final : public Surface {
   Place place(const BfrSurface& surface, const SubdivisionFace& face, double u, double v) const;
   Jet jet(const Prepared& prepared, const SubdivisionFace& face, double u, double v) const;
   SurfacePoint evaluate(const Prepared& prepared, const SubdivisionFace& face, double u, double v) const;
-  void evaluateGrid(uint32_t face, uint32_t cells, std::span<V3f> out) const;
   void interpolateLinear(const PrimVar& variable, const SubdivisionFace& face, double u, double v,
                          float* out) const;
   void interpolateLimit(const PrimVar& variable, uint32_t channel, const SubdivisionFace& face, double u,
                         double v, float* out) const;
-  void weld(uint32_t cells, std::span<V3f> out) const;
-  void weldEdge(int edge, uint32_t cells, std::span<const uint32_t> firstFace,
-                std::span<const V3f> vertexPoint, std::vector<V3f>& line, std::span<V3f> out) const;
 
   SubdivisionTopology topology_;
   PointView points_;

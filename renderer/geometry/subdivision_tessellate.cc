@@ -2,6 +2,7 @@
 // Tessellation of subdivision surfaces: every face's grid, then vertices and edges given one value each.
 #include <array>
 
+#include "renderer/geometry/facet_rates.h"
 #include "renderer/geometry/subdivision_limit.h"
 
 namespace patina {
@@ -9,136 +10,174 @@ namespace {
 
 using PointDescriptor = OpenSubdiv::Bfr::Surface<double>::PointDescriptor;
 
-/// The index of grid point (i, j) of a face.
-size_t gridIndex(uint32_t face, uint32_t i, uint32_t j, uint32_t cells) {
-  const size_t side = cells + 1;
-  return face * side * side + j * side + i;
-}
+/// Vertices of the grids of all faces, by face.
+struct Grids {
+  const SurfaceRates& rates;
+  std::span<const uint32_t> first;
+  std::span<V3f> vertices;
+
+  /// Grid point (i, j); the last column or row with kLast.
+  static constexpr uint32_t kLast = 0xffffffffu;
+  V3f& at(uint32_t face, uint32_t i, uint32_t j) const {
+    const TileRates& r = rates.tiles[face];
+    return vertices[first[face] + size_t{std::min(j, r.cellsV())} * (r.cellsU() + 1) +
+                    std::min(i, r.cellsU())];
+  }
+  uint32_t cellsAlong(uint32_t face, uint32_t side) const { return 1u << rates.tiles[face].side[side]; }
+  /// Point k of those that the side itself has.
+  V3f& onSide(uint32_t face, uint32_t side, uint32_t k) const {
+    const TileRates& r = rates.tiles[face];
+    const uint32_t at_ = k << ((side < 2 ? r.u : r.v) - r.side[side]);
+    switch (side) {
+      case 0:
+        return at(face, at_, 0);
+      case 1:
+        return at(face, at_, kLast);
+      case 2:
+        return at(face, 0, at_);
+      default:
+        return at(face, kLast, at_);
+    }
+  }
+};
+
+/// Of a quad: the side that its edge e is, and whether it runs the same way.
+constexpr std::array<uint32_t, 4> kSideOfEdge{0, 3, 1, 2};
+constexpr std::array<bool, 4> kAlongEdge{true, true, false, false};
 
 }  // namespace
 
-void SubdivisionSurface::evaluateGrid(uint32_t face, uint32_t cells, std::span<V3f> out) const {
+void SubdivisionSurface::evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                                      std::span<V3f> out) const {
   const SubdivisionFace f = faceAt(face);
   const Prepared& prepared = prepare(f.base, kPositions);
-  const double step = 1.0 / cells;
-  V3f* next = &out[gridIndex(face, 0, 0, cells)];
-  for (uint32_t j = 0; j <= cells; ++j) {
-    const double v = j * step;
+  auto next = out.begin();
+  for (const double y : v) {
     if (prepared.cubic) {
       std::array<V3d, 4> c;
       for (size_t i = 0; i < 4; ++i) {
         const std::array<V3d, 16>& g = prepared.power;
-        c[i] = ((g[12 + i] * v + g[8 + i]) * v + g[4 + i]) * v + g[i];
+        c[i] = ((g[12 + i] * y + g[8 + i]) * y + g[4 + i]) * y + g[i];
       }
-      for (uint32_t i = 0; i <= cells; ++i) {
-        const double u = i * step;
-        *next++ = V3f(((c[3] * u + c[2]) * u + c[1]) * u + c[0]);
-      }
+      for (const double x : u) *next++ = V3f(((c[3] * x + c[2]) * x + c[1]) * x + c[0]);
       continue;
     }
-    for (uint32_t i = 0; i <= cells; ++i) {
+    for (const double x : u) {
       V3d P;
-      prepared.surface.Evaluate(place(prepared.surface, f, i * step, v).uv, prepared.points.data(),
+      prepared.surface.Evaluate(place(prepared.surface, f, x, y).uv, prepared.points.data(),
                                 PointDescriptor(3), P.getValue());
       *next++ = V3f(P);
     }
   }
 }
 
-void SubdivisionSurface::tessellate(uint32_t cells, std::span<V3f> out) const {
-  for (uint32_t face = 0; face < faceCount(); ++face) evaluateGrid(face, cells, out);
-  weld(cells, out);
+Surface::Side SubdivisionSurface::sideOf(uint32_t face, uint32_t side) const {
+  const SubdivisionFace f = faceAt(face);
+  const auto level = refiner().GetLevel(0);
+  const auto edges = level.GetFaceEdges(static_cast<int>(f.base));
+  if (f.part == SubdivisionFace::kWhole)
+    for (int e = 0; e < 4; ++e)
+      if (kSideOfEdge[static_cast<size_t>(e)] == side) return {static_cast<uint32_t>(edges[e]), false};
+  // Part k has vertex k at (0, 0); its u runs to the middle of edge k, its v to that of the edge before. From
+  // there lines, numbered behind the edges, run to the middle of the base face.
+  const auto size = static_cast<uint32_t>(edges.size()), before = (f.part + size - 1) % size;
+  const auto lines = static_cast<uint32_t>(level.GetNumEdges());
+  switch (side) {
+    case 0:
+      return {static_cast<uint32_t>(edges[static_cast<int>(f.part)]), true};
+    case 2:
+      return {static_cast<uint32_t>(edges[static_cast<int>(before)]), true};
+    case 3:
+      return {lines + face, false};
+    default:
+      return {lines + face - f.part + before, false};
+  }
 }
 
-void SubdivisionSurface::weld(uint32_t cells, std::span<V3f> out) const {
+void SubdivisionSurface::weld(const SurfaceRates& rates, std::span<const uint32_t> first,
+                              std::span<V3f> vertices) const {
+  const Grids grids{rates, first, vertices};
   const auto level = refiner().GetLevel(0);
   std::vector<uint32_t> firstFace(static_cast<size_t>(level.GetNumFaces()), kNone);
   for (uint32_t face = faceCount(); face-- > 0;) firstFace[faceAt(face).base] = face;
+  const auto isWhole = [&](uint32_t base) { return faceAt(firstFace[base]).part == SubdivisionFace::kWhole; };
 
   // A vertex belongs to the first face that has it.
   std::vector<V3f> vertexPoint(static_cast<size_t>(level.GetNumVertices()));
   std::vector<bool> seen(vertexPoint.size());
   for (uint32_t base = 0; base < firstFace.size(); ++base) {
     if (firstFace[base] == kNone) continue;
-    const auto vertices = level.GetFaceVertices(static_cast<int>(base));
-    const bool whole = faceAt(firstFace[base]).part == SubdivisionFace::kWhole;
-    for (uint32_t k = 0; k < static_cast<uint32_t>(vertices.size()); ++k) {
-      const size_t index =
-          whole ? gridIndex(firstFace[base], k == 1 || k == 2 ? cells : 0, k >= 2 ? cells : 0, cells)
-                : gridIndex(firstFace[base] + k, 0, 0, cells);
-      const auto v = static_cast<size_t>(vertices[static_cast<int>(k)]);
-      if (!seen[v]) seen[v] = true, vertexPoint[v] = out[index];
-      out[index] = vertexPoint[v];
+    const auto corners = level.GetFaceVertices(static_cast<int>(base));
+    for (uint32_t k = 0; k < static_cast<uint32_t>(corners.size()); ++k) {
+      V3f& point = isWhole(base) ? grids.at(firstFace[base], k == 1 || k == 2 ? Grids::kLast : 0,
+                                            k >= 2 ? Grids::kLast : 0)
+                                 : grids.at(firstFace[base] + k, 0, 0);
+      const auto v = static_cast<size_t>(corners[static_cast<int>(k)]);
+      if (!seen[v]) seen[v] = true, vertexPoint[v] = point;
+      point = vertexPoint[v];
     }
   }
-  std::vector<V3f> line;
-  for (int edge = 0; edge < level.GetNumEdges(); ++edge)
-    weldEdge(edge, cells, firstFace, vertexPoint, line, out);
 
-  // Within a base face the parts meet along lines from the middles of the edges to its centre.
-  for (uint32_t base = 0; base < firstFace.size(); ++base) {
-    const uint32_t first = firstFace[base];
-    if (first == kNone || faceAt(first).part == SubdivisionFace::kWhole) continue;
-    const auto size = static_cast<uint32_t>(baseSize(base));
-    for (uint32_t k = 1; k < size; ++k)
-      out[gridIndex(first + k, cells, cells, cells)] = out[gridIndex(first, cells, cells, cells)];
-    for (uint32_t k = 0; k < size; ++k)
-      for (uint32_t j = 1; j < cells; ++j)
-        out[gridIndex(first + (k + 1) % size, j, cells, cells)] = out[gridIndex(first + k, cells, j, cells)];
-  }
-}
-
-/// Gives all faces at an edge the points of one of them. A quad has `cells` micropolygons along it, the parts
-/// of another face twice as many: where both meet, the finer side repeats points of the coarser one.
-void SubdivisionSurface::weldEdge(int edge, uint32_t cells, std::span<const uint32_t> firstFace,
-                                  std::span<const V3f> vertexPoint, std::vector<V3f>& line,
-                                  std::span<V3f> out) const {
-  const auto level = refiner().GetLevel(0);
-  const auto faces = level.GetEdgeFaces(edge);
-  const auto ends = level.GetEdgeVertices(edge);
-  const auto isWhole = [&](int base) {
-    return faceAt(firstFace[static_cast<size_t>(base)]).part == SubdivisionFace::kWhole;
-  };
-  int source = -1;
-  for (int base : faces) {
-    if (firstFace[static_cast<size_t>(base)] == kNone) continue;
-    if (source < 0 || (isWhole(base) && !isWhole(source))) source = base;
-  }
-  if (source < 0) return;
-  const uint32_t count = isWhole(source) ? cells : 2 * cells;
-
-  // Calls f(k, point) for the points of a base face along the edge, k from 0 to n in the edge's direction;
-  // the middle of an edge is a point of two parts.
-  const auto forEachPoint = [&](int base, const auto& f) {
-    const auto edges = level.GetFaceEdges(base);
-    const auto vertices = level.GetFaceVertices(base);
+  // Calls f(k, point) for the points of a base face along an edge, k from 0 on in the edge's direction; the
+  // middle of an edge is a point of two parts.
+  const auto forEachPoint = [&](uint32_t base, int edge, const auto& f) {
+    const auto edges = level.GetFaceEdges(static_cast<int>(base));
+    const auto corners = level.GetFaceVertices(static_cast<int>(base));
+    const int from = level.GetEdgeVertices(edge)[0];
     const auto size = static_cast<uint32_t>(edges.size());
-    const uint32_t first = firstFace[static_cast<size_t>(base)];
+    const uint32_t face = firstFace[base];
     for (uint32_t e = 0; e < size; ++e) {
       if (edges[static_cast<int>(e)] != edge) continue;
-      const bool forward = vertices[static_cast<int>(e)] == ends[0];
-      const uint32_t n = isWhole(base) ? cells : 2 * cells;
-      for (uint32_t along = 0; along <= n; ++along) {
-        const uint32_t k = forward ? along : n - along;
-        if (isWhole(base)) {
-          const std::array<std::array<uint32_t, 2>, 4> ij{
-              {{along, 0}, {cells, along}, {cells - along, cells}, {0, cells - along}}};
-          f(k, out[gridIndex(first, ij[e][0], ij[e][1], cells)]);
-          continue;
-        }
-        if (along <= cells) f(k, out[gridIndex(first + e, along, 0, cells)]);
-        if (along >= cells) f(k, out[gridIndex(first + (e + 1) % size, 0, 2 * cells - along, cells)]);
+      const bool forward = corners[static_cast<int>(e)] == from;
+      if (isWhole(base)) {
+        const uint32_t n = grids.cellsAlong(face, kSideOfEdge[e]);
+        for (uint32_t k = 0; k <= n; ++k)
+          f(forward ? k : n - k, grids.onSide(face, kSideOfEdge[e], kAlongEdge[e] ? k : n - k));
+        continue;
+      }
+      const uint32_t half = grids.cellsAlong(face + e, 0), next = face + (e + 1) % size;
+      for (uint32_t k = 0; k <= half; ++k) {
+        f(forward ? k : 2 * half - k, grids.onSide(face + e, 0, k));
+        f(forward ? 2 * half - k : k, grids.onSide(next, 2, k));
       }
     }
   };
-  line.resize(count + 1);
-  forEachPoint(source, [&](uint32_t k, const V3f& point) { line[k] = point; });
-  line.front() = vertexPoint[static_cast<size_t>(ends[0])];
-  line.back() = vertexPoint[static_cast<size_t>(ends[1])];
-  for (int base : faces) {
-    if (firstFace[static_cast<size_t>(base)] == kNone) continue;
-    const bool repeat = count == cells && !isWhole(base);
-    forEachPoint(base, [&](uint32_t k, V3f& point) { point = line[repeat ? k / 2 : k]; });
+  // Faces at an edge get the points of one of them.
+  std::vector<V3f> line;
+  for (int edge = 0; edge < level.GetNumEdges(); ++edge) {
+    const auto faces = level.GetEdgeFaces(edge);
+    const auto ends = level.GetEdgeVertices(edge);
+    line.clear();
+    for (int base : faces) {
+      if (firstFace[static_cast<size_t>(base)] == kNone) continue;
+      const bool source = line.empty();
+      forEachPoint(static_cast<uint32_t>(base), edge, [&](uint32_t k, V3f& point) {
+        if (!source) {
+          point = line[k];
+          return;
+        }
+        if (k >= line.size()) line.resize(k + size_t{1});
+        line[k] = point;
+      });
+      if (!source) continue;
+      line.front() = vertexPoint[static_cast<size_t>(ends[0])];
+      line.back() = vertexPoint[static_cast<size_t>(ends[1])];
+      forEachPoint(static_cast<uint32_t>(base), edge, [&](uint32_t k, V3f& point) { point = line[k]; });
+    }
+  }
+
+  // Within a base face the parts meet along lines from the middles of the edges to its centre.
+  for (uint32_t base = 0; base < firstFace.size(); ++base) {
+    const uint32_t face = firstFace[base];
+    if (face == kNone || isWhole(base)) continue;
+    const auto size = static_cast<uint32_t>(baseSize(base));
+    for (uint32_t k = 1; k < size; ++k)
+      grids.at(face + k, Grids::kLast, Grids::kLast) = grids.at(face, Grids::kLast, Grids::kLast);
+    for (uint32_t k = 0; k < size; ++k) {
+      const uint32_t n = grids.cellsAlong(face + k, 3);
+      for (uint32_t j = 1; j < n; ++j)
+        grids.onSide(face + (k + 1) % size, 1, j) = grids.onSide(face + k, 3, j);
+    }
   }
 }
 

@@ -22,18 +22,16 @@ struct Overloaded : Visitors... {
 
 }  // namespace
 
-void Surface::tessellate(uint32_t cells, std::span<V3f> out) const {
-  const uint32_t side = cells + 1;
-  std::vector<V2f> uv;
-  for (uint32_t j = 0; j < side; ++j)
-    for (uint32_t i = 0; i < side; ++i)
-      uv.emplace_back(static_cast<float>(i) / static_cast<float>(cells),
-                      static_cast<float>(j) / static_cast<float>(cells));
-  std::vector<SurfacePoint> points(uv.size());
-  for (uint32_t face = 0; face < faceCount(); ++face) {
-    evaluateMany(face, uv, points);
-    for (size_t i = 0; i < points.size(); ++i) out[face * points.size() + i] = points[i].P;
-  }
+void Surface::evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                           std::span<V3f> out) const {
+  thread_local std::vector<V2f> uv;
+  thread_local std::vector<SurfacePoint> points;
+  uv.clear();
+  for (const double y : v)
+    for (const double x : u) uv.emplace_back(static_cast<float>(x), static_cast<float>(y));
+  points.resize(uv.size());
+  evaluateMany(face, uv, points);
+  for (size_t i = 0; i < points.size(); ++i) out[i] = points[i].P;
 }
 
 std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& errors,

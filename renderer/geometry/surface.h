@@ -30,6 +30,8 @@ struct SurfacePoint {
   V3f P, N, dPdu, dPdv;
 };
 
+struct SurfaceRates;
+
 /// One primitive. Immutable after construction; every function may be called from any thread.
 class Surface {
  public:
@@ -83,11 +85,23 @@ class Surface {
   virtual bool hasHoles() const { return false; }
   virtual bool isHole(uint32_t /*face*/, float /*u*/, float /*v*/) const { return false; }
 
-  /// Tessellation of a surface that is not flat, for tracing: `cells` micropolygons along u and along v of
-  /// every face, out[face * (cells+1)^2 + j * (cells+1) + i] at u = i/cells, v = j/cells. Vertices on an edge
-  /// that two faces share are bit-identical in both, so that no ray passes between them. `cells` is a power
-  /// of two. [Only quad faces; the default evaluates each point and welds nothing.]
-  virtual void tessellate(uint32_t cells, std::span<V3f> out) const;
+  /// Positions at a grid of parameters, row by row: out[j * u.size() + i] at (u[i], v[j]), multiples of a
+  /// power of two. Of surfaces that are not flat; their faces are quads. Unless weld() sees to it, points on
+  /// a side that faces share have the same bits in each of them.
+  virtual void evaluateGrid(uint32_t face, std::span<const double> u, std::span<const double> v,
+                            std::span<V3f> out) const;
+
+  /// A side of a face (of v = 0, v = 1, u = 0, u = 1) as an edge of a mesh. Without a number the side's
+  /// points tell where it belongs; with one faces may have other bits there until weld() makes them equal.
+  struct Side {
+    uint32_t edge = kNone;
+    bool isHalf = false;  ///< half of the edge, where the other side of it may be whole
+  };
+  virtual Side sideOf(uint32_t /*face*/, uint32_t /*side*/) const { return {}; }
+  /// Gives vertices that several faces share the same bits. `vertices` are those of evaluateGrid() at the
+  /// rates of facets, face f's from first[f] on.
+  virtual void weld(const SurfaceRates&, std::span<const uint32_t> /*first*/,
+                    std::span<V3f> /*vertices*/) const {}
 
   size_t memory() const { return memory_; }  ///< bytes held, for statistics
 

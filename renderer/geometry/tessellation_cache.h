@@ -13,6 +13,8 @@
 
 namespace patina {
 
+struct SurfaceRates;
+
 /// Facets of the surfaces of a unit, and what a traversal kernel needs of them.
 struct Tessellation {
   /// The structure that rays are traced against; made and known by renderer/accel.
@@ -20,14 +22,18 @@ struct Tessellation {
     virtual ~Tracer() = default;
   };
 
-  std::vector<uint32_t> cells;  ///< by member: facets along u and v of each face; 0 = flat, no vertices here
-  std::vector<size_t> first;    ///< by member: its first vertex; face f begins f * (cells+1)^2 behind it
-  std::vector<V3f> vertices;    ///< mesh space, rows along u
+  struct Member {
+    const SurfaceRates* rates = nullptr;  ///< null: traced as its flat faces, no vertices here
+    size_t firstTile = 0;                 ///< index of `first` of its first tile
+  };
+  std::vector<Member> members;
+  std::vector<uint32_t> first;     ///< by tile of all members: its first vertex
+  std::vector<V3f> vertices;       ///< mesh space, rows along u; room for one more behind the last
   std::unique_ptr<Tracer> tracer;  ///< may view the vertices; the last member, so that it goes first
 
   size_t bytes() const {  ///< without the tracer's
-    return sizeof(*this) + vertices.capacity() * sizeof(V3f) + cells.capacity() * sizeof(uint32_t) +
-           first.capacity() * sizeof(size_t);
+    return sizeof(*this) + vertices.capacity() * sizeof(V3f) + members.capacity() * sizeof(Member) +
+           first.capacity() * sizeof(uint32_t);
   }
 };
 

@@ -87,52 +87,37 @@ void Emitters::add(const Geometry& geometry, uint32_t index) {
     }
   }
 
-  const uint32_t facets = geometry.cells(placement.traced);
-  const uint32_t cells = std::max(facets, 1u);
-  bool rectangles = facets == 0;
-  const auto corner = [&](uint32_t face, float u, float v) { return geometry.facet(index, face, u, v).P; };
-  const auto parameters = [&](uint32_t face, float u, float v) {
-    return surface.surfaceParameters(face, u, v);
+  const auto parameters = [&](uint32_t face, const V2f& uv) {
+    return surface.surfaceParameters(face, uv.x, uv.y);
   };
-  for (uint32_t face = 0; face < surface.faceCount() && rectangles; ++face) {
-    rectangles = surface.faceShape(face) == FaceShape::Quad;
-    if (!rectangles) break;
-    const V3f p = corner(face, 0, 0), e1 = corner(face, 1, 0) - p, e2 = corner(face, 0, 1) - p;
-    const float size = std::max(e1.length(), e2.length());
-    rectangles = (corner(face, 1, 1) - p - e1 - e2).length() < 1e-5f * size &&
-                 std::abs(e1.dot(e2)) < 1e-5f * size * size;
-  }
-  for (uint32_t face = 0; face < surface.faceCount(); ++face) {
-    const bool triangle = surface.faceShape(face) == FaceShape::Triangle;
-    const float step = 1.0f / static_cast<float>(cells);
-    for (uint32_t j = 0; j < cells; ++j)
-      for (uint32_t i = 0; i < cells; ++i) {
-        const float u = static_cast<float>(i) * step, v = static_cast<float>(j) * step;
-        const V3f p00 = corner(face, u, v), p10 = corner(face, u + step, v), p01 = corner(face, u, v + step);
-        const V2f q00 = parameters(face, u, v), q10 = parameters(face, u + step, v),
-                  q01 = parameters(face, u, v + step);
-        const float error = geometry.facet(index, face, u, v).error;
-        const auto push = [&](Shape::Kind kind, const V3f& p, const V3f& e1, const V3f& e2, V2f q, V2f d1,
-                              V2f d2) {
-          const V3f cross = e1.cross(e2);
-          const float area = cross.length() * (kind == Shape::Kind::Triangle ? 0.5f : 1.0f);
-          if (area > 0)
-            shapes_.push_back(
-                {kind, p, e1, e2, cross / cross.length() * placement.facetSign, q, d1, d2, error, area});
-          else if (rectangles)
-            shapes_.push_back({kind, p, e1, e2, V3f(0, 0, 1), q, d1, d2, error, 0});
-        };
-        if (rectangles) {
-          push(Shape::Kind::Rectangle, p00, p10 - p00, p01 - p00, q00, q10 - q00, q01 - q00);
-          continue;
-        }
-        push(Shape::Kind::Triangle, p00, p10 - p00, p01 - p00, q00, q10 - q00, q01 - q00);
-        if (triangle) continue;
-        const V3f p11 = corner(face, u + step, v + step);
-        const V2f q11 = parameters(face, u + step, v + step);
-        push(Shape::Kind::Triangle, p11, p01 - p11, p10 - p11, q11, q01 - q11, q10 - q11);
-      }
-  }
+  bool rectangles = !geometry.isTessellated(placement.traced);
+  if (rectangles)
+    geometry.forEachFacet(index, [&](const Geometry::FacetQuad& q) {
+      const V3f e1 = q.P[1] - q.P[0], e2 = q.P[2] - q.P[0];
+      const float size = std::max(e1.length(), e2.length());
+      rectangles = rectangles && !q.isTriangle && (q.P[3] - q.P[0] - e1 - e2).length() < 1e-5f * size &&
+                   std::abs(e1.dot(e2)) < 1e-5f * size * size;
+    });
+  geometry.forEachFacet(index, [&](const Geometry::FacetQuad& q) {
+    const auto push = [&](Shape::Kind kind, int corner, int along1, int along2) {
+      const V3f &p = q.P[corner], e1 = q.P[along1] - p, e2 = q.P[along2] - p;
+      const V2f at = parameters(q.face, q.uv[corner]), d1 = parameters(q.face, q.uv[along1]) - at,
+                d2 = parameters(q.face, q.uv[along2]) - at;
+      const V3f cross = e1.cross(e2);
+      const float area = cross.length() * (kind == Shape::Kind::Triangle ? 0.5f : 1.0f);
+      if (area > 0)
+        shapes_.push_back(
+            {kind, p, e1, e2, cross / cross.length() * placement.facetSign, at, d1, d2, q.error, area});
+      else if (rectangles)
+        shapes_.push_back({kind, p, e1, e2, V3f(0, 0, 1), at, d1, d2, q.error, 0});
+    };
+    if (rectangles) {
+      push(Shape::Kind::Rectangle, 0, 1, 2);
+      return;
+    }
+    push(Shape::Kind::Triangle, 0, 1, 2);
+    if (!q.isTriangle) push(Shape::Kind::Triangle, 3, 2, 1);
+  });
   owners_[index] = {first, rectangles ? 1 : kNone};
 }
 

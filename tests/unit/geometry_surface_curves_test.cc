@@ -366,8 +366,7 @@ TEST(Curves, TheBoundHoldsThem) {
         for (int k = 0; k < 4 + basis.step; ++k) widths.push_back(static_cast<float>((k * 7 + 3) % 5) * 0.2f);
         p.variables.push_back(variable("width", StorageClass::Vertex, ValueType::Float, 1, widths));
         const auto s = make(std::move(p));
-        std::vector<V3f> grid(s->faceCount() * 81);
-        s->tessellate(8, grid);
+        const std::vector<V3f> grid = tessellated(*s, 8);
         for (const V3f& q : grid) ASSERT_TRUE(s->bound().intersects(q)) << q;
       }
 }
@@ -375,8 +374,7 @@ TEST(Curves, TheBoundHoldsThem) {
 TEST(Curves, CornersAndTessellationAreEvaluation) {
   for (const bool round : {false, true}) {
     const auto s = make(curves(linear({3}, false, round), {0, 0, 5, 1, 0, 5, 1, 1, 6}));
-    std::vector<V3f> grid(2 * 25);
-    s->tessellate(4, grid);
+    const std::vector<V3f> grid = tessellated(*s, 4);
     for (uint32_t face = 0; face < 2; ++face) {
       V3f c[4];
       s->corners(face, c);

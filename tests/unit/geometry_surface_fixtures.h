@@ -5,12 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstring>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "renderer/geometry/facet_rates.h"
 #include "renderer/geometry/surface.h"
 
 namespace patina::test {
@@ -105,12 +107,47 @@ struct Bits {
   auto operator<=>(const Bits&) const = default;
 };
 
+/// A tessellation: vertices by tile.
+struct Facets {
+  SurfaceRates rates;
+  std::vector<uint32_t> first;
+  std::vector<V3f> vertices;
+
+  Facets(const Surface& s, SurfaceRates wanted) : rates(std::move(wanted)) {
+    tessellate(s, rates, first, vertices);
+    thinSides(rates, std::span<const uint32_t>(first), std::span(vertices));
+  }
+  /// visit(00, 10, 01, 11) for each facet.
+  template <class Visit>
+  void forEach(Visit visit) const {
+    for (size_t tile = 0; tile < rates.tiles.size(); ++tile) {
+      const TileRates& r = rates.tiles[tile];
+      const size_t side = r.cellsU() + 1;
+      for (size_t j = 0; j < r.cellsV(); ++j)
+        for (size_t i = 0; i < r.cellsU(); ++i) {
+          const V3f* p = &vertices[first[tile] + j * side + i];
+          visit(p[0], p[1], p[side], p[side + 1]);
+        }
+    }
+  }
+};
+
+/// `cells` facets, a power of two, along u and v of every face.
+inline Facets uniformFacets(const Surface& s, uint32_t cells) {
+  EXPECT_TRUE(std::has_single_bit(cells));
+  return {s, uniformRates(s, static_cast<uint8_t>(std::countr_zero(cells)))};
+}
+
+/// The vertices of such a tessellation, (cells + 1)^2 a face.
+inline std::vector<V3f> tessellated(const Surface& s, uint32_t cells) {
+  Facets facets = uniformFacets(s, cells);
+  EXPECT_EQ(facets.vertices.size(), s.faceCount() * size_t{cells + 1} * (cells + 1));
+  return std::move(facets.vertices);
+}
+
 /// The number of tessellation edges that have no partner running the other way. 0 = watertight. Edges without
 /// a length do not count.
-inline size_t openEdges(const Surface& s, uint32_t cells) {
-  const size_t side = cells + 1;
-  std::vector<V3f> grid(s.faceCount() * side * side);
-  s.tessellate(cells, grid);
+inline size_t openEdges(const Facets& facets) {
   std::map<std::pair<Bits, Bits>, int> balance;
   const auto edge = [&](const V3f& a, const V3f& b) {
     const Bits p(a), q(b);
@@ -120,36 +157,23 @@ inline size_t openEdges(const Surface& s, uint32_t cells) {
     else
       --balance[{q, p}];
   };
-  for (size_t face = 0; face < s.faceCount(); ++face)
-    for (size_t j = 0; j < cells; ++j)
-      for (size_t i = 0; i < cells; ++i) {
-        const V3f* p = &grid[face * side * side + j * side + i];
-        edge(p[0], p[1]);
-        edge(p[1], p[side + 1]);
-        edge(p[side + 1], p[side]);
-        edge(p[side], p[0]);
-      }
+  facets.forEach([&](const V3f& a, const V3f& b, const V3f& c, const V3f& d) {
+    edge(a, b), edge(b, d), edge(d, c), edge(c, a);
+  });
   size_t open = 0;
   for (const auto& [key, count] : balance) open += count != 0;
   return open;
 }
+inline size_t openEdges(const Surface& s, uint32_t cells) { return openEdges(uniformFacets(s, cells)); }
 
 /// Volume inside a tessellation by the divergence theorem; positive when N points outwards.
 inline double volume(const Surface& s, uint32_t cells) {
-  const size_t side = cells + 1;
-  std::vector<V3f> grid(s.faceCount() * side * side);
-  s.tessellate(cells, grid);
   double sum = 0;
   const auto add = [&](const V3f& a, const V3f& b, const V3f& c) {
     sum += V3d(a).dot(V3d(b).cross(V3d(c))) / 6;
   };
-  for (size_t face = 0; face < s.faceCount(); ++face)
-    for (size_t j = 0; j < cells; ++j)
-      for (size_t i = 0; i < cells; ++i) {
-        const V3f* p = &grid[face * side * side + j * side + i];
-        add(p[0], p[1], p[side + 1]);
-        add(p[0], p[side + 1], p[side]);
-      }
+  uniformFacets(s, cells).forEach(
+      [&](const V3f& a, const V3f& b, const V3f& c, const V3f& d) { add(a, b, d), add(a, d, c); });
   return sum;
 }
 

@@ -225,8 +225,7 @@ TEST(Nurbs, TessellationIsEvaluationAndBoundHoldsIt) {
        {ball(), torus(),
         primitive(NurbsPatch{uniformKnots(7, 4), clampedKnots(6, 5), nullptr}, wavyPoints(7, 6, 9))}) {
     const auto s = make(p);
-    std::vector<V3f> grid(s->faceCount() * 81);
-    s->tessellate(8, grid);
+    const std::vector<V3f> grid = tessellated(*s, 8);
     for (uint32_t face = 0; face < s->faceCount(); ++face) {
       V3f c[4];
       s->corners(face, c);

@@ -271,8 +271,7 @@ TEST(ParametricMesh, BoundHoldsTheSurface) {
     for (uint32_t seed = 0; seed < 20; ++seed) {
       const auto s = make(primitive(bicubic(4, 4, basis), wavyPoints(4, 4, seed)));
       const Box3f box = s->bound();
-      std::vector<V3f> grid(17 * 17);
-      s->tessellate(16, grid);
+      const std::vector<V3f> grid = tessellated(*s, 16);
       for (const V3f& q : grid) EXPECT_TRUE(box.intersects(q));
     }
 }
@@ -313,8 +312,7 @@ TEST(ParametricMesh, ClosedMeshesAreWatertight) {
 
 TEST(ParametricMesh, TessellationIsEvaluation) {
   const auto s = make(primitive(bicubic(6, 5, kBspline), wavyPoints(6, 5)));
-  std::vector<V3f> grid(s->faceCount() * 81);
-  s->tessellate(8, grid);
+  const std::vector<V3f> grid = tessellated(*s, 8);
   for (uint32_t face = 0; face < s->faceCount(); ++face)
     for (size_t k = 0; k < 81; ++k)
       EXPECT_EQ(Bits(grid[face * 81 + k]),

@@ -67,8 +67,7 @@ TEST(Points, AreClosed) {
 TEST(Points, TessellateAsTheyEvaluate) {
   const auto s = make(pointSet({0.1f, 0.2f, 0.3f, 7, 8, 9}));
   constexpr uint32_t kCells = 4;
-  std::vector<V3f> grid(s->faceCount() * 25);
-  s->tessellate(kCells, grid);
+  const std::vector<V3f> grid = tessellated(*s, kCells);
   for (uint32_t face = 0; face < s->faceCount(); ++face)
     for (uint32_t k = 0; k < 25; ++k)
       EXPECT_EQ(grid[face * 25 + k],

@@ -156,8 +156,7 @@ TEST(QuadricSurface, TessellationIsEvaluation) {
        {quadric(Kind::Sphere, {2, -1, 1.5f}, 200), quadric(Kind::Hyperboloid, {2, -1, -2, 1, 1.5f, 3}),
         quadric(Kind::Torus, {3, 1, -30, 200}, 100)}) {
     const auto s = make(p);
-    std::vector<V3f> grid(17 * 17);
-    s->tessellate(16, grid);
+    const std::vector<V3f> grid = tessellated(*s, 16);
     for (size_t j = 0; j <= 16; ++j)
       for (size_t i = 0; i <= 16; ++i)
         EXPECT_EQ(Bits(grid[17 * j + i]),

@@ -15,9 +15,7 @@ TEST(SubdivisionSurface, HostileInput) {
     const auto s = makeSurface(p, messages.handler);
     EXPECT_EQ(s ? static_cast<int>(s->faceCount()) : 0, faces) << messages.all();
     if (s && !s->isFlat()) {
-      std::vector<V3f> grid(s->faceCount() * 9);
-      s->tessellate(2, grid);
-      for (const V3f& q : grid) EXPECT_TRUE(isFinite(q));
+      for (const V3f& q : uniformFacets(*s, 2).vertices) EXPECT_TRUE(isFinite(q));
       for (uint32_t face = 0; face < s->faceCount(); ++face)
         for (float u : {0.0f, 1.0f}) {
           const SurfacePoint q = s->evaluate(face, u, 1);
@@ -119,9 +117,7 @@ TEST(SubdivisionSurface, RandomTopologyNeverCrashes) {
     const Primitive p = primitive(std::move(mesh), kCubePoints);
     const auto s = makeSurface(p, messages.handler);
     if (!s || s->isFlat()) continue;
-    std::vector<V3f> grid(s->faceCount() * 25);
-    s->tessellate(4, grid);
-    for (const V3f& q : grid) ASSERT_TRUE(isFinite(q));
+    for (const V3f& q : uniformFacets(*s, 4).vertices) ASSERT_TRUE(isFinite(q));
     ASSERT_TRUE(isFinite(s->evaluate(0, 0, 1).N));
   }
 }

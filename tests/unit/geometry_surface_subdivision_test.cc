@@ -238,13 +238,17 @@ TEST(SubdivisionSurface, ClosedMeshesAreWatertight) {
 
 TEST(SubdivisionSurface, TessellationIsTheLimit) {
   for (const Made& s : {make(prism(5)), make(sheet(6, 6, {{"interpolateboundary", {1}, {}, {}}}))}) {
-    std::vector<V3f> grid(s->faceCount() * 81);
-    s->tessellate(8, grid);
-    for (uint32_t face = 0; face < s->faceCount(); ++face)
-      for (size_t j = 1; j < 8; ++j)
-        for (size_t i = 1; i < 8; ++i)
-          expectNear(grid[face * 81 + j * 9 + i],
-                     s->evaluate(face, static_cast<float>(i) / 8, static_cast<float>(j) / 8).P, 5e-7f);
+    const Facets facets = uniformFacets(*s, 8);
+    for (uint32_t face = 0; face < s->faceCount(); ++face) {
+      const uint32_t nu = facets.rates.tiles[face].cellsU(), nv = facets.rates.tiles[face].cellsV();
+      for (uint32_t j = 1; j < nv; ++j)
+        for (uint32_t i = 1; i < nu; ++i)
+          expectNear(facets.vertices[facets.first[face] + j * (nu + 1) + i],
+                     s->evaluate(face, static_cast<float>(i) / static_cast<float>(nu),
+                                 static_cast<float>(j) / static_cast<float>(nv))
+                         .P,
+                     5e-7f);
+    }
   }
 }
 
