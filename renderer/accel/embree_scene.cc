@@ -122,8 +122,14 @@ void EmbreeScene::filterHits(const RTCFilterFunctionNArguments* args) {
       continue;
     }
     if (!part.oneSided) continue;
-    const V3f normal = transformNormal(surface.evaluate(owner.face, uv.x, uv.y).N, traced.toMesh.inverse()) *
-                       (traced.primitive->reversed ? -1.0f : 1.0f);
+    V3f normal;
+    if (traced.isDisplaced)
+      normal = V3f(RTCHitN_Ng_x(args->hit, args->N, k), RTCHitN_Ng_y(args->hit, args->N, k),
+                   RTCHitN_Ng_z(args->hit, args->N, k)) *
+               (traced.toMesh.determinant() < 0 ? -1.0f : 1.0f);
+    else
+      normal = transformNormal(surface.evaluate(owner.face, uv.x, uv.y).N, traced.toMesh.inverse());
+    if (traced.isReversed) normal = -normal;
     const V3f direction(RTCRayN_dir_x(args->ray, args->N, k), RTCRayN_dir_y(args->ray, args->N, k),
                         RTCRayN_dir_z(args->ray, args->N, k));
     if (normal.dot(direction) >= 0) args->valid[k] = 0;

@@ -94,12 +94,17 @@ uint32_t mortonCode(const V3f& p, const Box3f& box) {
 }
 
 /// Roughly how many facets a surface will have: only the size of units depends on it.
-float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCamera& camera) {
-  if (const auto* polygons = std::get_if<PolygonMesh>(&primitive.shape))
-    return static_cast<float>(polygons->vertsPerLoop.size());
+float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCamera& camera,
+                  std::optional<float> shadingRate) {
+  float faces = 0;
+  if (const auto* polygons = std::get_if<PolygonMesh>(&primitive.shape)) {
+    faces = static_cast<float>(polygons->vertsPerLoop.size());
+    if (!shadingRate) return faces;
+  }
   const float radius = world.size().length() / 2;
   const float distance = std::max(camera.nearestDistance(world.center(), radius), 0.25f * radius);
   const float pixels = 2 * radius * camera.pixelsPerUnit(std::max(distance, 1e-30f));
+  if (shadingRate) return std::max(faces, std::min(pixels * pixels / *shadingRate, 4e6f));
   float least = 8;
   if (const auto* mesh = std::get_if<SubdivisionMesh>(&primitive.shape))
     least = 4 * static_cast<float>(mesh->vertsPerFace.size());
@@ -135,17 +140,19 @@ Viewpoint Geometry::viewpoint(const Primitive& primitive, const M44d& toMesh, ui
   return view;
 }
 
-void Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t group) {
+bool Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t group, uint32_t attributes,
+                   bool isReversed) {
   if (!invertible(toMesh)) {
     errors_.report(Severity::Error, RiError::Math, primitive.where,
                    "the transformation of this primitive is singular");
-    return;
+    return false;
   }
-  TracedSurface traced{&primitive, M44f(toMesh), meshBound(primitive), group, kNone, 0};
+  TracedSurface traced{&primitive, M44f(toMesh), meshBound(primitive), group, kNone,
+                       0,          attributes,   isReversed,           false, 0};
   std::unique_ptr<Surface> surface;
   if (traced.bound.isEmpty()) {
     surface = patina::makeSurface(primitive, errors_, viewpoint(primitive, toMesh, group));
-    if (!surface || surface->faceCount() == 0) return;
+    if (!surface || surface->faceCount() == 0) return false;
     ++surfaceCount;
     faceCount += surface->faceCount();
     surfaceBytes_ += surface->memory();
@@ -154,6 +161,14 @@ void Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t grou
   ++primitiveCount;
   traced_.push_back(traced);
   made_.push_back(std::move(surface));
+  return true;
+}
+
+/// Whether the attributes of an instance displace: its surfaces then have a shape of their own.
+bool Geometry::ownsSurfaces(const Instance& instance) const {
+  if (!displacer_ || !displacer_->boundOf(scene_.attributes[instance.attributes])) return false;
+  const std::vector<Primitive>& all = scene_.objects[instance.object].primitives;
+  return std::any_of(all.begin(), all.end(), [](const Primitive& p) { return p.attributes == kNone; });
 }
 
 const Surface& Geometry::makeSurface(uint32_t k) const {
@@ -171,6 +186,7 @@ const Surface& Geometry::makeSurface(uint32_t k) const {
 }
 
 void Geometry::place(const Instance& instance) {
+  if (ownsSurfaces(instance)) return;
   if (!invertible(instance.objectToWorld)) {
     errors_.report(Severity::Error, RiError::Math, instance.where,
                    "the transformation of this instance is singular");
@@ -193,38 +209,55 @@ void Geometry::place(const Instance& instance) {
   }
 }
 
-Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors)
-    : scene_(scene), camera_(camera), errors_(errors) {
+Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors,
+                   const Displacer* displacer)
+    : scene_(scene), camera_(camera), errors_(errors), displacer_(displacer) {
   // Surfaces: those of the world first, then object by object.
-  for (const Primitive& primitive : scene.primitives) {
-    const Attributes& attributes = scene.attributes[primitive.attributes];
-    if (attributes.visibility == 0 && attributes.areaLight == kNone) continue;
-    add(primitive, primitive.objectToWorld, kNone);
+  std::vector<M44d> toWorld;
+  const auto addToWorld = [&](const Primitive& primitive, const M44d& matrix, uint32_t attributes,
+                              bool isReversed) {
+    const Attributes& a = scene.attributes[attributes];
+    if (a.visibility == 0 && a.areaLight == kNone) return;
+    if (add(primitive, matrix, kNone, attributes, isReversed)) toWorld.push_back(matrix);
+  };
+  for (const Primitive& primitive : scene.primitives)
+    addToWorld(primitive, primitive.objectToWorld, primitive.attributes, primitive.reversed);
+  std::vector<bool> used(scene.objects.size(), false);
+  for (const Instance& instance : scene.instances) {
+    if (!ownsSurfaces(instance)) {
+      used[instance.object] = true;
+      continue;
+    }
+    for (const Primitive& p : scene.objects[instance.object].primitives)
+      addToWorld(p, p.objectToWorld * instance.objectToWorld,
+                 p.attributes == kNone ? instance.attributes : p.attributes, p.reversed != instance.reversed);
   }
   const auto worldCount = static_cast<uint32_t>(traced_.size());
-  std::vector<bool> used(scene.objects.size(), false);
-  for (const Instance& instance : scene.instances) used[instance.object] = true;
   for (uint32_t object = 0; object < scene.objects.size(); ++object) {
     const auto first = static_cast<uint32_t>(traced_.size());
     if (used[object])
       for (const Primitive& primitive : scene.objects[object].primitives)
-        add(primitive, primitive.objectToWorld, object);
+        add(primitive, primitive.objectToWorld, object, primitive.attributes, primitive.reversed);
     groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
   }
   surfaces_ = std::vector<std::atomic<const Surface*>>(traced_.size());
   rates_.resize(traced_.size());
   for (size_t k = 0; k < traced_.size(); ++k) surfaces_[k] = made_[k].get();
 
-  for (uint32_t k = 0; k < worldCount; ++k) {
-    const Primitive& primitive = *traced_[k].primitive;
-    placements_.push_back(makePlacement(k, primitive.attributes, kNone, primitive.objectToWorld,
-                                        primitive.objectToWorld, primitive.reversed));
-  }
+  for (uint32_t k = 0; k < worldCount; ++k)
+    placements_.push_back(
+        makePlacement(k, traced_[k].attributes, kNone, toWorld[k], toWorld[k], traced_[k].isReversed));
   instancesOf_.resize(scene.objects.size());
   for (const Instance& instance : scene.instances) place(instance);
+  if (displacer_) boundDisplacements();
   for (const Placement& p : placements_) {
-    const Box3f box = transformed(traced_[p.traced].bound, p.objectToWorld);
-    bound_.extendBy(box);
+    const TracedSurface& traced = traced_[p.traced];
+    if (!traced.isDisplaced)
+      bound_.extendBy(transformed(traced.bound, p.objectToWorld));
+    else if (p.instance == kNone)
+      bound_.extendBy(boundInMesh(traced));
+    else
+      bound_.extendBy(transformed(boundInMesh(traced), instances_[p.instance].meshToWorld));
   }
   makeUnits();
   patches_ = std::make_unique<PatchTable>(camera_, placements_.size(), [this](uint32_t placement) {
@@ -235,6 +268,12 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
 
 Geometry::~Geometry() = default;
 
+Box3f Geometry::boundInMesh(const TracedSurface& traced) const {
+  Box3f box = padded(transformed(padded(traced.bound), traced.toMesh));
+  box.min -= V3f(traced.reach), box.max += V3f(traced.reach);
+  return box;
+}
+
 void Geometry::makeUnits() {
   constexpr float kFacets = 2048;  // wanted in a unit: enough that its structure is not mostly overhead
   struct Key {
@@ -244,11 +283,11 @@ void Geometry::makeUnits() {
     auto operator<=>(const Key&) const = default;
   };
   Box3f all;
-  for (const TracedSurface& traced : traced_) all.extendBy(transformed(traced.bound, traced.toMesh));
+  for (const TracedSurface& traced : traced_) all.extendBy(boundInMesh(traced));
   std::vector<Key> keys;
   for (uint32_t k = 0; k < traced_.size(); ++k) {
     const TracedSurface& traced = traced_[k];
-    if (made_[k] && made_[k]->isFlat() && made_[k]->faceCount() <= kFewFaces) continue;
+    if (!traced.isDisplaced && made_[k] && made_[k]->isFlat() && made_[k]->faceCount() <= kFewFaces) continue;
     const Attributes* own = attributes(traced);
     keys.push_back({traced.group, own ? own->visibility : uint32_t{kAnyRay}, own && own->oneSided,
                     mortonCode(transformed(traced.bound, traced.toMesh).center(), all), k});
@@ -264,8 +303,10 @@ void Geometry::makeUnits() {
       facets = 0;
     }
     SurfaceUnit& unit = units_.back();
-    const Box3f box = padded(transformed(padded(traced.bound), traced.toMesh));
-    facets += guessFacets(*traced.primitive, box, camera_);
+    const Box3f box = boundInMesh(traced);
+    const Attributes* own = attributes(traced);
+    facets += guessFacets(*traced.primitive, box, camera_,
+                          traced.isDisplaced ? std::optional(own->shadingRate) : std::nullopt);
     unit.bound.extendBy(box);
     traced.unit = static_cast<uint32_t>(units_.size() - 1);
     traced.member = static_cast<uint32_t>(unit.members.size());
@@ -288,7 +329,10 @@ std::vector<M44f> Geometry::placesOf(uint32_t traced) const {
 // Called while the unit is being made, which one thread does at a time.
 const SurfaceRates& Geometry::rates(uint32_t k) const {
   if (!rates_[k]) {
-    rates_[k] = std::make_unique<const SurfaceRates>(traceRates(camera_, surface(k), placesOf(k)));
+    const TracedSurface& traced = traced_[k];
+    rates_[k] = std::make_unique<const SurfaceRates>(
+        traceRates(camera_, surface(k), placesOf(k),
+                   traced.isDisplaced ? std::optional(attributes(traced)->shadingRate) : std::nullopt));
     surfaceBytes_ += rates_[k]->memory();
     if (rates_[k]->limited) facetsLimited_ = true;
   }
@@ -316,12 +360,19 @@ std::unique_ptr<Tessellation> Geometry::tessellate(uint32_t index) const {
   for (size_t m = 0; m < unit.members.size(); ++m) {
     const SurfaceRates* known = result->members[m].rates;
     if (!known) continue;
+    const uint32_t k = unit.members[m];
     const size_t begin = result->vertices.size();
-    patina::tessellate(surface(unit.members[m]), *known, result->first, result->vertices);
-    thinSides(*known, std::span(result->first).subspan(result->members[m].firstTile),
-              std::span(result->vertices));
-    for (V3f& p : std::span(result->vertices).subspan(begin))
-      p = transformPoint(p, traced_[unit.members[m]].toMesh);
+    patina::tessellate(surface(k), *known, result->first, result->vertices);
+    const std::span<const uint32_t> own = std::span(result->first).subspan(result->members[m].firstTile);
+    if (traced_[k].isDisplaced) {
+      const DisplacementResult displaced = displace(k, *known, own, result->vertices);
+      checkDisplacement(k, displaced.moved);
+      result->members[m].firstNormal = result->normals.size();
+      result->normals.insert(result->normals.end(), displaced.normals.begin(), displaced.normals.end());
+      continue;
+    }
+    thinSides(*known, own, std::span(result->vertices));
+    for (V3f& p : std::span(result->vertices).subspan(begin)) p = transformPoint(p, traced_[k].toMesh);
   }
   return result;
 }
@@ -355,6 +406,64 @@ void Geometry::reportMemory() const {
                     "surface is larger, or those that rays meet at once are",
                     static_cast<double>(tessellations_->peak()) / kMegabyte,
                     static_cast<double>(tessellations_->budget()) / kMegabyte));
+}
+
+V2f Geometry::insideFacet(uint32_t placement, uint32_t face, float u, float v) const {
+  constexpr float kInset = 0.2f;  // the least barycentric weight
+  const uint32_t index = placements_[placement].traced;
+  const TracedSurface& traced = traced_[index];
+  const FaceShape shape = surface(index).faceShape(face);
+  TessellationCache::Reader reader(*tessellations_);
+  const Tessellation::Member& member = reader.get(traced.unit).members[traced.member];
+  if (!member.rates) return {u, v};
+  const FacetPlace at = locateFacet(*member.rates, shape, face, {u, v});
+  const bool first = at.uv.x + at.uv.y <= 1;
+  float x = std::max(first ? at.uv.x : 1 - at.uv.x, kInset),
+        y = std::max(first ? at.uv.y : 1 - at.uv.y, kInset);
+  if (const float sum = x + y + std::max(1 - x - y, kInset); sum > 1) x /= sum, y /= sum;
+  const TileRates& r = member.rates->tiles[at.tile];
+  const float column = static_cast<float>(at.vertex % at.row) + (first ? x : 1 - x),
+              row = static_cast<float>(at.vertex / at.row) + (first ? y : 1 - y);
+  return tileToFace(*member.rates, shape, at.tile,
+                    {column / static_cast<float>(r.cellsU()), row / static_cast<float>(r.cellsV())});
+}
+
+Geometry::DisplacedPoint Geometry::displacedPoint(uint32_t placement, uint32_t face, float u, float v) const {
+  const Placement& p = placements_[placement];
+  const TracedSurface& traced = traced_[p.traced];
+  const FaceShape shape = surface(p.traced).faceShape(face);
+  DisplacedPoint point{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  TessellationCache::Reader reader(*tessellations_);
+  const Tessellation& tessellation = reader.get(traced.unit);
+  const Tessellation::Member& member = tessellation.members[traced.member];
+  if (!member.rates) return point;
+  const FacetPlace at = locateFacet(*member.rates, shape, face, {u, v});
+  const uint32_t vertex = tessellation.first[member.firstTile + at.tile] + at.vertex;
+  const V3f* P = &tessellation.vertices[vertex];
+  const uint32_t* N =
+      &tessellation.normals[member.firstNormal + vertex - tessellation.first[member.firstTile]];
+  const auto [x, y] = at.uv;
+  point.N = unpackNormal(N[0]) * ((1 - x) * (1 - y)) + unpackNormal(N[1]) * (x * (1 - y)) +
+            unpackNormal(N[at.row]) * ((1 - x) * y) + unpackNormal(N[at.row + 1]) * (x * y);
+  const TileRates& r = member.rates->tiles[at.tile];
+  const auto along = static_cast<float>(member.rates->tilesAlong());
+  point.dPdu =
+      ((P[1] - P[0]) * (1 - y) + (P[at.row + 1] - P[at.row]) * y) * (along * static_cast<float>(r.cellsU()));
+  point.dPdv =
+      ((P[at.row] - P[0]) * (1 - x) + (P[at.row + 1] - P[1]) * x) * (along * static_cast<float>(r.cellsV()));
+  if (shape == FaceShape::Triangle) {
+    const float rest = std::max(1 - v, 1e-3f);  // see gridToFace(): s = u / (1 - v)
+    point.dPdu /= rest;
+    point.dPdv += point.dPdu * (u / rest);
+  }
+  if (p.instance != kNone) {
+    const PlacedInstance& instance = instances_[p.instance];
+    point.N = transformNormal(point.N, instance.worldToMesh);
+    point.dPdu = transformVector(point.dPdu, instance.meshToWorld);
+    point.dPdv = transformVector(point.dPdv, instance.meshToWorld);
+  }
+  point.N = normalizedOr(point.N, V3f(0, 0, 0));
+  return point;
 }
 
 void Geometry::facetCorners(uint32_t placement, uint32_t face, float u, float v, V3f out[3],

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <vector>
 
-#include "renderer/geometry/facet_rates.h"
+#include "renderer/geometry/displacement.h"
 #include "renderer/geometry/patches.h"
 #include "renderer/geometry/surface.h"
 #include "renderer/geometry/tessellation_cache.h"
@@ -21,10 +21,14 @@ namespace patina {
 struct TracedSurface {
   const Primitive* primitive = nullptr;
   M44f toMesh;             ///< primitive space to mesh space: world space, or the object's inside an object
-  Box3f bound;             ///< primitive space
+  Box3f bound;             ///< primitive space, before displacement
   uint32_t group = kNone;  ///< the object that it belongs to; kNone = the world
   uint32_t unit = kNone;   ///< index of Geometry::units; kNone: traced from the beginning
   uint32_t member = 0;     ///< of the unit
+  uint32_t attributes = kNone;  ///< index of Scene::attributes; kNone: those of the instances
+  bool isReversed = false;      ///< the outside is opposite to dPdu x dPdv of primitive space
+  bool isDisplaced = false;
+  float reach = 0;  ///< of displacement, mesh space
 };
 
 /// Surfaces near each other, of one group, that are made, tessellated and given a structure for rays
@@ -66,7 +70,11 @@ class Geometry {
   /// Bounds and places everything in `scene` that some ray may meet; surfaces, facets and patches are made
   /// when they are asked for. Errors are reported per primitive and leave it out; those of meshes when they
   /// are made. `scene` and `errors` must outlive the geometry.
-  Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors);
+  /// With a displacer, surfaces with displacement shaders are displaced when they are tessellated, those that
+  /// say no bound at once. Surfaces of objects, which instances share, are displaced in the object's space;
+  /// instances whose own attributes displace have surfaces of their own, in world space.
+  Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors,
+           const Displacer* displacer = nullptr);
   ~Geometry();
 
   const Scene& scene() const { return scene_; }
@@ -88,7 +96,7 @@ class Geometry {
   const Surface& surface(const Placement& p) const { return surface(p.traced); }
   const Attributes& attributes(const Placement& p) const { return scene_.attributes[p.attributes]; }
   const Attributes* attributes(const TracedSurface& t) const {  ///< null: those of the instances
-    return t.primitive->attributes == kNone ? nullptr : &scene_.attributes[t.primitive->attributes];
+    return t.attributes == kNone ? nullptr : &scene_.attributes[t.attributes];
   }
 
   /// Facets of the units. renderer/accel says with its setMaker() how their tracers are made out of what
@@ -99,12 +107,21 @@ class Geometry {
   /// Says that a unit could not be made and is left out; returns what stands for it. [any thread]
   std::unique_ptr<Tessellation> leaveOut(uint32_t unit, std::string_view why) const;
 
+  /// Normal (unit, either side) and derivatives by the face's u and v of a displaced surface, world space.
+  struct DisplacedPoint {
+    V3f N, dPdu, dPdv;
+  };
+  /// A point of a displaced surface near (u, v) that is well within a facet: rays that leave the edge of one
+  /// may begin behind its neighbour.
+  V2f insideFacet(uint32_t placement, uint32_t face, float u, float v) const;
+  DisplacedPoint displacedPoint(uint32_t placement, uint32_t face, float u, float v) const;
+
   Facet facet(uint32_t placement, uint32_t face, float u, float v) const;
   /// Corners of the two triangles of a facet cell are those of Embree: (00, 10, 01) and (11, 01, 10).
   void facetCorners(uint32_t placement, uint32_t face, float u, float v, V3f out[3], V2f& weights) const;
   /// Whether rays meet facets that are made on demand, in place of the surface's own flat faces.
   bool isTessellated(uint32_t traced) const {
-    return traced_[traced].unit != kNone && !surface(traced).isFlat();
+    return traced_[traced].unit != kNone && (traced_[traced].isDisplaced || !surface(traced).isFlat());
   }
   /// All that rays may meet of a placement, by quads of two triangles each: (00, 10, 01) and (11, 01, 10), or
   /// single triangles.
@@ -121,8 +138,15 @@ class Geometry {
   void reportMemory() const;
 
  private:
-  void add(const Primitive& primitive, const M44d& toMesh, uint32_t group);
+  bool add(const Primitive& primitive, const M44d& toMesh, uint32_t group, uint32_t attributes,
+           bool isReversed);
+  bool ownsSurfaces(const Instance& instance) const;
   void place(const Instance& instance);
+  void boundDisplacements();
+  Box3f boundInMesh(const TracedSurface& traced) const;
+  DisplacementResult displace(uint32_t traced, const SurfaceRates& rates, std::span<const uint32_t> first,
+                              std::span<V3f> vertices) const;
+  void checkDisplacement(uint32_t traced, float moved) const;
   void makeUnits();
   std::vector<M44f> placesOf(uint32_t traced) const;
   const Surface& makeSurface(uint32_t traced) const;
@@ -136,7 +160,9 @@ class Geometry {
   const Scene& scene_;
   const RasterCamera camera_;
   ErrorHandler& errors_;
+  const Displacer* displacer_;
   std::vector<TracedSurface> traced_;
+  mutable std::vector<std::atomic<bool>> displacementChecked_;      ///< by traced surface
   mutable std::vector<std::unique_ptr<const Surface>> made_;        ///< by traced surface; see surfaces_
   mutable std::vector<std::atomic<const Surface*>> surfaces_;       ///< made_, for readers without a lock
   mutable std::vector<std::unique_ptr<const SurfaceRates>> rates_;  ///< by traced surface; null = not known

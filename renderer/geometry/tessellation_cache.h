@@ -25,15 +25,17 @@ struct Tessellation {
   struct Member {
     const SurfaceRates* rates = nullptr;  ///< null: traced as its flat faces, no vertices here
     size_t firstTile = 0;                 ///< index of `first` of its first tile
+    size_t firstNormal = 0;               ///< displaced: index of `normals` of its first vertex
   };
   std::vector<Member> members;
   std::vector<uint32_t> first;     ///< by tile of all members: its first vertex
   std::vector<V3f> vertices;       ///< mesh space, rows along u; room for one more behind the last
+  std::vector<uint32_t> normals;   ///< of displaced members, by vertex, mesh space; see packNormal()
   std::unique_ptr<Tracer> tracer;  ///< may view the vertices; the last member, so that it goes first
 
   size_t bytes() const {  ///< without the tracer's
     return sizeof(*this) + vertices.capacity() * sizeof(V3f) + members.capacity() * sizeof(Member) +
-           first.capacity() * sizeof(uint32_t);
+           (first.capacity() + normals.capacity()) * sizeof(uint32_t);
   }
 };
 

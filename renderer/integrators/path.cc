@@ -245,7 +245,7 @@ void PathIntegrator::sampleLights(Wave& wave) const {
       if (s.pdf == 0) continue;
       const SurfaceTerms& terms = wave.shaded.terms[i];
       const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
-      const Bsdf::Value value = bsdf.evaluate(s.direction);
+      const Bsdf::Value value = bsdf.evaluate(s.direction, s.delta);
       if (isBlack(value.f)) continue;
       const float pdf = s.pdf * wave.lightChance[i];
       const float weight = s.delta ? 1 : misWeight(pdf, value.pdf);

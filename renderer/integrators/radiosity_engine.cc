@@ -107,13 +107,14 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Pu
       const uint32_t i = w.which[k / static_cast<size_t>(count)];
       const ShadingPoint& point = w.points[i];
       const SurfaceTerms& terms = w.shaded.terms[i];
-      const float cosine = s.direction.dot(point.N);
       const bool above = s.direction.dot(point.Ng) > 0;
-      const bool lit =
-          above ? cosine > 0 && !isBlack(terms.reflectance) : cosine < 0 && !isBlack(terms.transmittance);
-      if (!lit) continue;
+      if (isBlack(above ? terms.reflectance : terms.transmittance)) continue;
+      const float side = above ? 1.0f : -1.0f;
+      const float cosine = s.delta ? s.direction.dot(point.N) * side
+                                   : foldedCosine(s.direction, point.N * side, point.Ng * side);
+      if (!(cosine > 0)) continue;
       const Rgb visible = world_.transmittance(point.facet(), s, light);
-      (above ? w.front : w.back)[i] += s.radiance * visible * (std::abs(cosine) * weight / s.pdf);
+      (above ? w.front : w.back)[i] += s.radiance * visible * (cosine * weight / s.pdf);
     }
   }
 }
@@ -147,11 +148,10 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
       const float weight = kPi * roulette / static_cast<float>(count);
       const uint32_t slot = 2 * i + (behind ? 1u : 0u);
       gatherRays += count;
-      const V3f origin = leave(point.facet(), behind ? -point.Ng : point.Ng);
+      const V3f up = behind ? -point.Ng : point.Ng, origin = leave(point.facet(), up);
       for (int k = 0; k < count; ++k) {
         const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
-        const V3f direction = frame.toWorld(local);
-        if ((direction.dot(point.Ng) > 0) == behind) continue;  // below the horizon of the facet
+        const V3f direction = foldDirection(frame.toWorld(local), up);
         const float solidAngle = kPi / (static_cast<float>(spread) * std::max(local.z, 0.05f));
         follow(GatherRay{origin, direction, std::sqrt(solidAngle), weight, slot,
                          hashOf(seed, kChildStream, static_cast<uint32_t>(k))},

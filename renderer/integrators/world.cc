@@ -49,7 +49,9 @@ World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& e
   loadShaders(errors);
   {
     PhaseTimer timer("Geometry");
-    geometry_ = std::make_unique<Geometry>(scene, camera_, errors);
+    displacement_ = std::make_unique<DisplacementShading>(shaderPointers_);
+    geometry_ = std::make_unique<Geometry>(scene, camera_, errors,
+                                           displacement_->isNeeded(scene) ? displacement_.get() : nullptr);
   }
   {
     PhaseTimer timer("Acceleration structures");
@@ -91,8 +93,14 @@ void World::loadShaders(ErrorHandler& errors) {
 
   // Only shaders that something in the scene is bound to are loaded.
   std::vector<const char*> role(scene_.shaders.size(), nullptr);
-  for (const Attributes& attributes : scene_.attributes)
+  std::vector<bool> isDisplacement(scene_.shaders.size(), false);
+  for (const Attributes& attributes : scene_.attributes) {
     if (attributes.surface != kNone) role[attributes.surface] = "Surface";
+    if (attributes.displacement != kNone) {
+      role[attributes.displacement] = "Displacement";
+      isDisplacement[attributes.displacement] = true;
+    }
+  }
   for (const Light& light : scene_.lights)
     if (light.shader != kNone) role[light.shader] = light.isArea ? "AreaLightSource" : "LightSource";
   const ShaderBinding fallback{"defaultsurface", {}, M44d(), {}};
@@ -104,6 +112,9 @@ void World::loadShaders(ErrorHandler& errors) {
       if (const PatinaShader* shader =
               loader_->load(binding.name, isDefault ? "Surface" : role[k], errors, binding.where))
         instance = ShaderInstance::create(*shader, binding, *host_, errors);
+    if (instance && !isDefault && isDisplacement[k] && !instance->active(PATINA_ENTRY_DISPLACEMENT))
+      errors.report(Severity::Warning, RiError::NoShader, binding.where,
+                    "Displacement \"" + binding.name + "\" moves nothing");
     if (isDefault && !instance) throw std::runtime_error("the plugin 'defaultsurface' cannot be used");
     shaderPointers_.push_back(instance.get());
     shaders_.push_back(std::move(instance));

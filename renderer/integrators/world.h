@@ -8,6 +8,7 @@
 #include "renderer/accel/accel.h"
 #include "renderer/integrators/render.h"
 #include "renderer/shading/bsdf.h"
+#include "renderer/shading/displacement_shading.h"
 #include "renderer/shading/lights.h"
 #include "renderer/shading/plugin_loader.h"
 #include "renderer/shading/shader_host.h"
@@ -87,6 +88,7 @@ class World {
   std::unique_ptr<PluginLoader> loader_;
   std::vector<std::unique_ptr<ShaderInstance>> shaders_;
   std::vector<const ShaderInstance*> shaderPointers_;
+  std::unique_ptr<DisplacementShading> displacement_;
   std::unique_ptr<Geometry> geometry_;
   std::unique_ptr<Accel> accel_;
   std::unique_ptr<SurfaceShading> shading_;

@@ -34,7 +34,7 @@ constexpr Entry kEntries[] = {
      {Support::CarriedOut, "ribbons; tubes where Attribute \"dice\" \"roundcurve\" is 1 and no N is given"}},
     {"Deformation", {kIgnored, "no such request was ever defined in full"}},
     {"Displace", {kIgnored, "surfaces are not displaced"}},
-    {"Displacement", {kIgnored, "surfaces are not displaced"}},
+    {"Displacement", {Support::CarriedOut, "surfaces of objects are displaced once, in the object's space"}},
     {"DisplayChannel", {kIgnored, "displays have rgb, rgba and z"}},
     {"DisplayFilter", {kIgnored, "but for the background of Imager"}},
     {"EditAttributeBegin", {kIgnored, "renders are not edited; what is in the block is carried out"}},

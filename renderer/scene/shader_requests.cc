@@ -99,7 +99,6 @@ void SceneBuilder::displacement(std::string_view name, const ParamList& params, 
   const bool none = name.empty() || name == "null";
   const uint32_t shader = none ? kNone : addShader(name, params, at);
   changeAttributes().displacement = shader;
-  if (!none) unhandled("Displacement", at);
 }
 
 // ---- Lights -----------------------------------------------------------------------------------------------

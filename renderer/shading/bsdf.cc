@@ -52,7 +52,8 @@ bool refract(const V3f& w, const V3f& n, float eta, V3f& out) {  // w and n on t
 
 bool isDelta(const Lobe& lobe) { return lobe.type != PATINA_LOBE_RI_SPECULAR && lobe.alpha < kSmoothAlpha; }
 
-/// Exponent of RI's specular(). RI 3.2 leaves it open; 8/roughness is what Aqsis and Pixie have, and pictures expect.
+/// Exponent of RI's specular(). RI 3.2 leaves it open; 8/roughness is what Aqsis and Pixie have, and pictures
+/// expect.
 float exponent(const Lobe& lobe) { return 8 / std::max(lobe.alpha, 1e-4f); }
 
 }  // namespace
@@ -88,21 +89,17 @@ bool Bsdf::scattersSmoothly(bool withDiffuse) const {
   return std::any_of(lobes_.begin(), lobes_.end(), [](const Lobe& lobe) { return !isDelta(lobe); });
 }
 
-Bsdf::Value Bsdf::evaluate(const V3f& wi, bool withDiffuse) const {
+Bsdf::Value Bsdf::evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) const {
   Value value;
   const float all = withDiffuse ? total_ : total_ - reflectChance_ - transmitChance_;
   if (!(all > 0)) return value;
   const bool reflected = wi.dot(point_.Ng) > 0;
-  const float cosine = wi.dot(point_.N);
   if (withDiffuse) {
-    if (reflected && cosine > 0) {
-      value.f += terms_.reflectance * (cosine * kInvPi);
-      value.pdf += reflectChance_ * cosine * kInvPi;
-    }
-    if (!reflected && cosine < 0) {
-      value.f += terms_.transmittance * (-cosine * kInvPi);
-      value.pdf += transmitChance_ * -cosine * kInvPi;
-    }
+    const float side = reflected ? 1.0f : -1.0f;
+    const float cosine = deltaLight ? std::max(side * wi.dot(point_.N), 0.0f)
+                                    : foldedCosine(wi, point_.N * side, point_.Ng * side);
+    value.f += (reflected ? terms_.reflectance : terms_.transmittance) * (cosine * kInvPi);
+    value.pdf += (reflected ? reflectChance_ : transmitChance_) * cosine * kInvPi;
   }
   const V3f o = frame_.toLocal(wo_), i = frame_.toLocal(wi);
   for (const Lobe& lobe : lobes_) {
@@ -156,10 +153,10 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
   if (x < diffuse) {
     const bool through = x >= reflectChance_;
     const Frame frame(through ? -point_.N : point_.N);
-    s.direction = frame.toWorld(sampleCosineHemisphere(random));
+    s.direction =
+        foldDirection(frame.toWorld(sampleCosineHemisphere(random)), through ? -point_.Ng : point_.Ng);
     s.diffuse = true, s.transmitted = through;
     s.alpha = 1;
-    if ((s.direction.dot(point_.Ng) > 0) == through) return s;  // below the horizon of the facet
   } else {
     x -= diffuse;
     const Lobe* lobe = lobes_.data();
@@ -197,7 +194,7 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
       return s;
     }
   }
-  const Value value = evaluate(s.direction, withDiffuse);
+  const Value value = evaluate(s.direction, withDiffuse, false);
   if (!(value.pdf > 0)) return s;
   s.pdf = value.pdf;
   s.weight = value.f / value.pdf;

@@ -8,12 +8,26 @@
 
 namespace patina {
 
+/// The cosine lobe about a shading normal N reaches below the facet, whose normal Ng is another one, and
+/// light from there is lost: a share of (1 - N.Ng) / 2, which adds up over bounces. So the lobe is folded:
+/// what reaches below is mirrored in the facet's plane. The folded lobe integrates to pi over the facet's
+/// hemisphere, and differs from N.w near its horizon only.
+inline V3f foldDirection(const V3f& w, const V3f& Ng) {
+  const float height = w.dot(Ng);
+  return height < 0 ? w - Ng * (2 * height) : w;
+}
+/// The density of the folded lobe times pi; w is above the facet.
+inline float foldedCosine(const V3f& w, const V3f& N, const V3f& Ng) {
+  const float cosine = w.dot(N), image = cosine - 2 * w.dot(Ng) * N.dot(Ng);
+  return std::max(cosine, 0.0f) + std::max(image, 0.0f);
+}
+
 /// A direction chosen in proportion to a BSDF, roughly.
 struct BsdfSample {
-  V3f direction{0, 0, 1};       ///< unit, away from the point
-  Rgb weight{0, 0, 0};          ///< f |cos| / pdf
-  float pdf = 0;       ///< per solid angle; 0 = nothing to follow. Of delta lobes: 1
-  bool delta = false;  ///< a mirror or smooth glass
+  V3f direction{0, 0, 1};  ///< unit, away from the point
+  Rgb weight{0, 0, 0};     ///< f |cos| / pdf
+  float pdf = 0;           ///< per solid angle; 0 = nothing to follow. Of delta lobes: 1
+  bool delta = false;      ///< a mirror or smooth glass
   bool diffuse = false;
   bool transmitted = false;  ///< to the other side
   float alpha = 0;           ///< roughness of the lobe, for the ray's spread
@@ -31,9 +45,10 @@ class Bsdf {
     Rgb f{0, 0, 0};
     float pdf = 0;
   };
-  Value evaluate(const V3f& wi) const { return evaluate(wi, true); }
+  /// Light of a delta light, which no sample() finds, is weighted with the plain cosine of N.
+  Value evaluate(const V3f& wi, bool deltaLight = false) const { return evaluate(wi, true, deltaLight); }
   /// The lobes alone, without the diffuse terms; densities are those of sampleSpecular().
-  Value evaluateSpecular(const V3f& wi) const { return evaluate(wi, false); }
+  Value evaluateSpecular(const V3f& wi) const { return evaluate(wi, false, false); }
 
   BsdfSample sample(float choice, const V2f& random) const { return sample(choice, random, true); }
   BsdfSample sampleSpecular(float choice, const V2f& random) const { return sample(choice, random, false); }
@@ -44,7 +59,7 @@ class Bsdf {
   bool scattersSmoothly(bool withDiffuse) const;
 
  private:
-  Value evaluate(const V3f& wi, bool withDiffuse) const;
+  Value evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) const;
   BsdfSample sample(float choice, const V2f& random, bool withDiffuse) const;
   float lobeChance(const Lobe& lobe) const;
 

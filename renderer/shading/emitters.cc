@@ -58,7 +58,8 @@ void Emitters::add(const Geometry& geometry, uint32_t index) {
 
   // A whole sphere that is not squashed is sampled as what it is.
   if (const Quadric* quadric = std::get_if<Quadric>(&traced.primitive->shape);
-      quadric && quadric->kind == Quadric::Kind::Sphere && std::abs(quadric->thetaMax) >= 360) {
+      !traced.isDisplaced && quadric && quadric->kind == Quadric::Kind::Sphere &&
+      std::abs(quadric->thetaMax) >= 360) {
     const float r = std::abs(quadric->values[0]);
     const V3f c = transformPoint({0, 0, 0}, placement.objectToWorld);
     float lengths[3];

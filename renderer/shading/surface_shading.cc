@@ -7,7 +7,7 @@
 #include <string>
 
 #include "renderer/base/statistics.h"
-#include "renderer/shading/planes.h"
+#include "renderer/shading/surface_batch.h"
 
 namespace patina {
 namespace {
@@ -47,27 +47,7 @@ SurfaceShading::SurfaceShading(const Geometry& geometry, std::vector<const Shade
     : geometry_(geometry), surfaces_(std::move(surfaces)) {
   for (const ShaderInstance* shader : surfaces_)
     statistics_.push_back(shader ? std::make_unique<Statistics>(std::string(shader->name())) : nullptr);
-  for (const TracedSurface& traced : geometry.traced()) {
-    Variables v;
-    for (const PrimVar& variable : traced.primitive->variables) {
-      if (variable.name == "N" || variable.name == "Np") {
-        if (variable.components == 3) v.N = &variable;
-      } else if (variable.name == "Cs") {
-        if (variable.components == 3) v.Cs = &variable;
-      } else if (variable.name == "Os") {
-        if (variable.components == 3) v.Os = &variable;
-      } else if (variable.name == "s") {
-        if (variable.components == 1) v.s = &variable;
-      } else if (variable.name == "t") {
-        if (variable.components == 1) v.t = &variable;
-      } else if (variable.name == "st") {
-        if (variable.components >= 2) v.st = &variable;
-      } else if (variable.name != "P" && variable.name != "Pw") {
-        v.others = true;
-      }
-    }
-    variables_.push_back(v);
-  }
+  for (const TracedSurface& traced : geometry.traced()) variables_.emplace_back(*traced.primitive);
   const auto fallback = static_cast<uint32_t>(surfaces_.size() - 1);
   for (const Placement& placement : geometry.placements()) {
     const Attributes& attributes = geometry.attributes(placement);
@@ -88,7 +68,9 @@ void SurfaceShading::orient(ShadingPoint& p) const {
   const Surface& surface = geometry_.surface(placement);
   const PrimVar* given = variables_[placement.traced].N;
   V3f normal = p.Ng;
-  if (given) {
+  if (geometry_.traced()[placement.traced].isDisplaced) {
+    normal = normalizedOr(geometry_.displacedPoint(p.placement, p.face, p.u, p.v).N, p.Ng);
+  } else if (given) {
     surface.interpolate(*given, p.face, p.u, p.v, &normal.x);
     normal = normalizedOr(transformNormal(normal, placement.worldToObject), p.Ng);
   } else if (surface.hasSmoothNormals()) {
@@ -112,6 +94,10 @@ ShadingPoint SurfaceShading::at(const Hit& hit, const V3f& direction, float foot
 
 ShadingPoint SurfaceShading::at(uint32_t placement, uint32_t face, float u, float v, bool front,
                                 float footprint) const {
+  if (geometry_.traced()[geometry_.placements()[placement].traced].isDisplaced) {
+    const V2f inside = geometry_.insideFacet(placement, face, u, v);
+    u = inside.x, v = inside.y;
+  }
   const Facet facet = geometry_.facet(placement, face, u, v);
   ShadingPoint p;
   p.placement = placement, p.face = face, p.u = u, p.v = v;
@@ -160,125 +146,37 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
   const uint64_t reads =
       (radiosity ? shader.reads(PATINA_ENTRY_RADIOSITY) : 0) | (view ? shader.reads(PATINA_ENTRY_VIEW) : 0);
   const size_t n = which.size();
-  thread_local Planes planes;
-  planes.begin(n);
-
-  PatinaPoints in{};
-  in.struct_size = sizeof(in);
-  in.count = static_cast<uint32_t>(n);
-  in.padded = static_cast<uint32_t>(planes.padded());
+  thread_local SurfaceBatch batch;
   const auto point = [&](size_t i) -> const ShadingPoint& { return points[which[i]]; };
-  const auto traced = [&](size_t i) { return geometry_.placements()[point(i).placement].traced; };
-  const auto fill3 = [&](auto value) { return planes.fill3(n, value); };
-  const auto fill1 = [&](auto value) { return planes.fill(n, value); };
-
-  if (reads & PATINA_CHANNEL_P) in.P = fill3([&](size_t i) { return point(i).P; });
-  if (reads & PATINA_CHANNEL_N) in.N = fill3([&](size_t i) { return point(i).N; });
-  if (reads & PATINA_CHANNEL_NG) in.Ng = fill3([&](size_t i) { return point(i).Ng; });
-  if (reads & PATINA_CHANNEL_FOOTPRINT) in.footprint = fill1([&](size_t i) { return point(i).footprint; });
-  if (reads & PATINA_CHANNEL_TIME) in.time = planes.uniform(0);
-  if (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV | PATINA_CHANNEL_FOOTPRINT)) {
-    thread_local std::vector<V3f> du, dv;
-    du.resize(n), dv.resize(n);
-    for (size_t i = 0; i < n; ++i) {
-      const ShadingPoint& p = point(i);
-      const Placement& placement = geometry_.placements()[p.placement];
-      const SurfacePoint s = geometry_.surface(placement).evaluate(p.face, p.u, p.v);
-      du[i] = transformVector(s.dPdu, placement.objectToWorld);
-      dv[i] = transformVector(s.dPdv, placement.objectToWorld);
-    }
-    in.dPdu = fill3([&](size_t i) { return du[i]; });
-    in.dPdv = fill3([&](size_t i) { return dv[i]; });
-    // Texture coordinates run along the surface's own parameters unless variables say otherwise.
-    in.footprint_st = fill1([&](size_t i) {
-      const V2f scale =
-          geometry_.surface(geometry_.placements()[point(i).placement]).parameterScale(point(i).face);
-      const float perU = scale.x / std::max(du[i].length(), 1e-20f),
-                  perV = scale.y / std::max(dv[i].length(), 1e-20f);
-      return std::min(point(i).footprint * std::max(perU, perV), 1.0f);
-    });
+  std::vector<BatchPoint>& lanes = batch.begin(n);
+  for (size_t i = 0; i < n; ++i) {
+    const ShadingPoint& p = point(i);
+    const Placement& placement = geometry_.placements()[p.placement];
+    lanes[i] = {geometry_.traced()[placement.traced].primitive,
+                &variables_[placement.traced],
+                &geometry_.surface(placement),
+                &geometry_.attributes(placement),
+                p.face,
+                p.u,
+                p.v,
+                p.P,
+                p.N,
+                p.Ng,
+                p.footprint};
   }
-  if (reads & (PATINA_CHANNEL_UV | PATINA_CHANNEL_ST)) {
-    thread_local std::vector<V2f> uv, st;
-    uv.resize(n), st.resize(n);
-    for (size_t i = 0; i < n; ++i) {
-      const ShadingPoint& p = point(i);
-      const Placement& placement = geometry_.placements()[p.placement];
-      const Surface& surface = geometry_.surface(placement);
-      const Variables& variables = variables_[placement.traced];
-      uv[i] = surface.surfaceParameters(p.face, p.u, p.v);
-      const std::array<float, 8>& c = geometry_.attributes(placement).textureCoordinates;
-      const auto [a, b] = surface.textureParameters(p.face, p.u, p.v);
-      st[i] = V2f(c[0], c[1]) * ((1 - a) * (1 - b)) + V2f(c[2], c[3]) * (a * (1 - b)) +
-              V2f(c[4], c[5]) * ((1 - a) * b) + V2f(c[6], c[7]) * (a * b);
-      if (variables.st) {
-        float value[16];
-        if (variables.st->components <= 16) surface.interpolate(*variables.st, p.face, p.u, p.v, value);
-        st[i] = {value[0], value[1]};
-      }
-      if (variables.s) surface.interpolate(*variables.s, p.face, p.u, p.v, &st[i].x);
-      if (variables.t) surface.interpolate(*variables.t, p.face, p.u, p.v, &st[i].y);
+  PatinaPoints in = batch.fill(shader, reads, [&](size_t i, V3f& du, V3f& dv) {
+    const ShadingPoint& p = point(i);
+    const Placement& placement = geometry_.placements()[p.placement];
+    if (geometry_.traced()[placement.traced].isDisplaced) {
+      const Geometry::DisplacedPoint at = geometry_.displacedPoint(p.placement, p.face, p.u, p.v);
+      du = at.dPdu, dv = at.dPdv;
+      return;
     }
-    in.u = fill1([&](size_t i) { return uv[i].x; });
-    in.v = fill1([&](size_t i) { return uv[i].y; });
-    in.s = fill1([&](size_t i) { return st[i].x; });
-    in.t = fill1([&](size_t i) { return st[i].y; });
-  }
-  const auto color = [&](const PrimVar* Variables::*variable, Rgb Attributes::*fallback) {
-    return fill3([&](size_t i) {
-      const ShadingPoint& p = point(i);
-      const Placement& placement = geometry_.placements()[p.placement];
-      Rgb c = geometry_.attributes(placement).*fallback;
-      if (const PrimVar* given = variables_[placement.traced].*variable)
-        geometry_.surface(placement).interpolate(*given, p.face, p.u, p.v, &c.x);
-      return c;
-    });
-  };
-  if (reads & PATINA_CHANNEL_CS) in.Cs = color(&Variables::Cs, &Attributes::color);
-  if (reads & PATINA_CHANNEL_OS) in.Os = color(&Variables::Os, &Attributes::opacity);
-
-  // Parameters: the instance's values, those of primitive variables in their place.
-  std::span<const PatinaValue> values = shader.values();
-  thread_local std::vector<PatinaValue> changed;
-  const bool mayVary =
-      !shader.varyingParameters().empty() && std::any_of(which.begin(), which.end(), [&](uint32_t k) {
-        return variables_[geometry_.placements()[points[k].placement].traced].others;
-      });
-  if (mayVary) {
-    changed.assign(values.begin(), values.end());
-    for (const ShaderInstance::VaryingParameter& parameter : shader.varyingParameters()) {
-      const auto variableOf = [&](size_t i) -> const PrimVar* {
-        if (!variables_[traced(i)].others) return nullptr;
-        const PrimVar* found = findVariable(*geometry_.traced()[traced(i)].primitive, parameter.name);
-        return found && found->floats.size() && found->components == static_cast<int>(parameter.components)
-                   ? found
-                   : nullptr;
-      };
-      bool any = false;
-      for (size_t i = 0; i < n && !any; ++i) any = variableOf(i) != nullptr;
-      if (!any) continue;
-      const PatinaValue& constant = values[parameter.index];
-      float* block = planes.take(parameter.components);
-      std::array<float, 64> value{};
-      for (size_t i = 0; i < planes.padded(); ++i) {
-        const ShadingPoint& p = point(std::min(i, n - 1));
-        const PrimVar* variable =
-            parameter.components <= value.size() ? variableOf(std::min(i, n - 1)) : nullptr;
-        if (variable)
-          geometry_.surface(geometry_.placements()[p.placement])
-              .interpolate(*variable, p.face, p.u, p.v, value.data());
-        for (uint32_t c = 0; c < parameter.components; ++c)
-          block[c * planes.padded() + i] = variable ? value[c] : constant.floats[c * constant.plane];
-      }
-      PatinaValue& varying = changed[parameter.index];
-      varying.floats = block;
-      varying.stride = 1;
-      varying.plane = static_cast<uint32_t>(planes.padded());
-    }
-    values = changed;
-  }
-  in.values = values.data();
-  in.value_stride = sizeof(PatinaValue);
+    const SurfacePoint at = geometry_.surface(placement).evaluate(p.face, p.u, p.v);
+    du = transformVector(at.dPdu, placement.objectToWorld);
+    dv = transformVector(at.dPdv, placement.objectToWorld);
+  });
+  Planes& planes = batch.planes();
 
   Statistics& statistics = *statistics_[shaderIndex];
   bool bad = false;

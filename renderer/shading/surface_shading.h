@@ -10,6 +10,7 @@
 #include "renderer/geometry/geometry.h"
 #include "renderer/shading/shader_instance.h"
 #include "renderer/shading/shading_point.h"
+#include "renderer/shading/surface_batch.h"
 
 namespace patina {
 
@@ -38,10 +39,6 @@ class SurfaceShading {
   bool allOpaque() const { return allOpaque_; }
 
  private:
-  struct Variables {
-    const PrimVar *N = nullptr, *Cs = nullptr, *Os = nullptr, *s = nullptr, *t = nullptr, *st = nullptr;
-    bool others = false;  ///< has variables that may be shader parameters
-  };
   struct Statistics;
   void shadeBatch(uint32_t shader, std::span<const ShadingPoint> points, std::span<const uint32_t> which,
                   ShadingParts parts, ShadedPoints& out) const;
@@ -50,7 +47,7 @@ class SurfaceShading {
   const Geometry& geometry_;
   std::vector<const ShaderInstance*> surfaces_;
   std::vector<std::unique_ptr<Statistics>> statistics_;  ///< by shader
-  std::vector<Variables> variables_;                     ///< by traced surface
+  std::vector<SurfaceVariables> variables_;              ///< by traced surface
   std::vector<uint32_t> shaderIndex_;                    ///< by placement
   std::vector<bool> opaque_;                             ///< by placement
   bool allOpaque_ = true;

@@ -113,6 +113,7 @@ struct Facets {
   std::vector<uint32_t> first;
   std::vector<V3f> vertices;
 
+  Facets() = default;
   Facets(const Surface& s, SurfaceRates wanted) : rates(std::move(wanted)) {
     tessellate(s, rates, first, vertices);
     thinSides(rates, std::span<const uint32_t>(first), std::span(vertices));

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Batches of vertices through the entry point `displacement`.
+#include "renderer/shading/displacement_shading.h"
+
+#include <array>
+#include <string>
+
+#include "renderer/base/statistics.h"
+#include "renderer/shading/surface_batch.h"
+
+namespace patina {
+
+struct DisplacementShading::Statistics {
+  std::array<std::string, 2> names;
+  StatCounter calls, points;
+  explicit Statistics(const std::string& shader)
+      : names{"Shaders/" + shader + "/displacement/calls", "Shaders/" + shader + "/displacement/points"},
+        calls(names[0]),
+        points(names[1]) {}
+};
+
+DisplacementShading::~DisplacementShading() = default;
+
+DisplacementShading::DisplacementShading(std::vector<const ShaderInstance*> shaders)
+    : shaders_(std::move(shaders)) {
+  for (const ShaderInstance* shader : shaders_)
+    statistics_.push_back(shader && shader->active(PATINA_ENTRY_DISPLACEMENT)
+                              ? std::make_unique<Statistics>(std::string(shader->name()))
+                              : nullptr);
+}
+
+bool DisplacementShading::isNeeded(const Scene& scene) const {
+  return std::any_of(scene.attributes.begin(), scene.attributes.end(),
+                     [&](const Attributes& attributes) { return boundOf(attributes).has_value(); });
+}
+
+std::optional<Displacer::Bound> DisplacementShading::boundOf(const Attributes& attributes) const {
+  if (attributes.displacement == kNone || !statistics_[attributes.displacement]) return std::nullopt;
+  return Bound{attributes.displacementBound, shaders_[attributes.displacement]->traits().displacement_bound};
+}
+
+bool DisplacementShading::displace(const Vertices& vertices) const {
+  const ShaderInstance& shader = *shaders_[vertices.attributes.displacement];
+  const SurfaceVariables variables(vertices.primitive);
+  const size_t n = vertices.P.size();
+  thread_local SurfaceBatch batch;
+  std::vector<BatchPoint>& lanes = batch.begin(n);
+  for (size_t i = 0; i < n; ++i)
+    lanes[i] = {&vertices.primitive, &variables,       &vertices.surface,    &vertices.attributes,
+                vertices.face,       vertices.uv[i].x, vertices.uv[i].y,     vertices.P[i],
+                vertices.N[i],       vertices.Ng[i],   vertices.footprint[i]};
+  const PatinaPoints in =
+      batch.fill(shader, shader.reads(PATINA_ENTRY_DISPLACEMENT),
+                 [&](size_t i, V3f& du, V3f& dv) { du = vertices.dPdu[i], dv = vertices.dPdv[i]; });
+  Planes& planes = batch.planes();
+  const auto copy = [&](std::span<const V3f> values) {
+    const PatinaOut3 out = planes.out3(0);
+    for (size_t i = 0; i < n; ++i) out.x[i] = values[i].x, out.y[i] = values[i].y, out.z[i] = values[i].z;
+    return out;
+  };
+  PatinaDisplacementOut result{};
+  result.struct_size = sizeof(result);
+  result.P = copy(vertices.P), result.N = copy(vertices.N);
+  Statistics& statistics = *statistics_[vertices.attributes.displacement];
+  ++statistics.calls;
+  statistics.points += static_cast<int64_t>(n);
+  if (shader.displacement(in, result) != PATINA_OK) return false;
+  bool bad = false;
+  for (size_t i = 0; i < n; ++i) {
+    const V3f P(result.P.x[i], result.P.y[i], result.P.z[i]);
+    if (isFinite(P) && maxAbsComponent(P) < 1e15f)
+      vertices.P[i] = P;
+    else
+      bad = true;
+    if (!result.writes_normal) continue;
+    const V3f N(result.N.x[i], result.N.y[i], result.N.z[i]);
+    if (const float length = N.length(); length > 0 && std::isfinite(length))
+      vertices.N[i] = N / length;
+    else
+      bad = true;
+  }
+  if (bad)
+    shader.host().report(shader.host().host, PATINA_REPORT_WARNING, -1,
+                         "moved vertices to where nothing is (not finite, or beyond 1e15), or gave normals "
+                         "without a direction; those are left as they were");
+  return result.writes_normal != 0;
+}
+
+}  // namespace patina

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// Channels and parameters of a batch.
+#include "renderer/shading/surface_batch.h"
+
+#include <array>
+
+namespace patina {
+
+SurfaceVariables::SurfaceVariables(const Primitive& primitive) {
+  for (const PrimVar& variable : primitive.variables) {
+    if (variable.name == "N" || variable.name == "Np") {
+      if (variable.components == 3) N = &variable;
+    } else if (variable.name == "Cs") {
+      if (variable.components == 3) Cs = &variable;
+    } else if (variable.name == "Os") {
+      if (variable.components == 3) Os = &variable;
+    } else if (variable.name == "s") {
+      if (variable.components == 1) s = &variable;
+    } else if (variable.name == "t") {
+      if (variable.components == 1) t = &variable;
+    } else if (variable.name == "st") {
+      if (variable.components >= 2) st = &variable;
+    } else if (variable.name != "P" && variable.name != "Pw") {
+      others = true;
+    }
+  }
+}
+
+void SurfaceBatch::fillTextureCoordinates(PatinaPoints& in) {
+  const size_t n = points_.size();
+  uv_.resize(n), st_.resize(n);
+  for (size_t i = 0; i < n; ++i) {
+    const BatchPoint& p = points_[i];
+    const SurfaceVariables& variables = *p.variables;
+    V2f& st = st_[i];
+    uv_[i] = p.surface->surfaceParameters(p.face, p.u, p.v);
+    const std::array<float, 8>& c = p.attributes->textureCoordinates;
+    const auto [a, b] = p.surface->textureParameters(p.face, p.u, p.v);
+    st = V2f(c[0], c[1]) * ((1 - a) * (1 - b)) + V2f(c[2], c[3]) * (a * (1 - b)) +
+         V2f(c[4], c[5]) * ((1 - a) * b) + V2f(c[6], c[7]) * (a * b);
+    if (variables.st && variables.st->components <= 16) {
+      float value[16];
+      p.surface->interpolate(*variables.st, p.face, p.u, p.v, value);
+      st = {value[0], value[1]};
+    }
+    if (variables.s) p.surface->interpolate(*variables.s, p.face, p.u, p.v, &st.x);
+    if (variables.t) p.surface->interpolate(*variables.t, p.face, p.u, p.v, &st.y);
+  }
+  in.u = planes_.fill(n, [&](size_t i) { return uv_[i].x; });
+  in.v = planes_.fill(n, [&](size_t i) { return uv_[i].y; });
+  in.s = planes_.fill(n, [&](size_t i) { return st_[i].x; });
+  in.t = planes_.fill(n, [&](size_t i) { return st_[i].y; });
+}
+
+/// The instance's values, those of primitive variables in their place.
+std::span<const PatinaValue> SurfaceBatch::fillParameters(const ShaderInstance& shader) {
+  const std::span<const PatinaValue> values = shader.values();
+  const size_t n = points_.size();
+  if (shader.varyingParameters().empty() ||
+      std::none_of(points_.begin(), points_.end(), [](const BatchPoint& p) { return p.variables->others; }))
+    return values;
+  changed_.assign(values.begin(), values.end());
+  for (const ShaderInstance::VaryingParameter& parameter : shader.varyingParameters()) {
+    const auto variableOf = [&](size_t i) -> const PrimVar* {
+      if (!points_[i].variables->others) return nullptr;
+      const PrimVar* found = findVariable(*points_[i].primitive, parameter.name);
+      return found && found->floats.size() && found->components == static_cast<int>(parameter.components)
+                 ? found
+                 : nullptr;
+    };
+    bool any = false;
+    for (size_t i = 0; i < n && !any; ++i) any = variableOf(i) != nullptr;
+    if (!any) continue;
+    const PatinaValue& constant = values[parameter.index];
+    float* block = planes_.take(parameter.components);
+    std::array<float, 64> value{};
+    for (size_t i = 0; i < planes_.padded(); ++i) {
+      const BatchPoint& p = points_[std::min(i, n - 1)];
+      const PrimVar* variable =
+          parameter.components <= value.size() ? variableOf(std::min(i, n - 1)) : nullptr;
+      if (variable) p.surface->interpolate(*variable, p.face, p.u, p.v, value.data());
+      for (uint32_t c = 0; c < parameter.components; ++c)
+        block[c * planes_.padded() + i] = variable ? value[c] : constant.floats[c * constant.plane];
+    }
+    PatinaValue& varying = changed_[parameter.index];
+    varying.floats = block;
+    varying.stride = 1;
+    varying.plane = static_cast<uint32_t>(planes_.padded());
+  }
+  return changed_;
+}
+
+PatinaPoints SurfaceBatch::fill(const ShaderInstance& shader, uint64_t reads,
+                                const Derivatives& derivatives) {
+  const size_t n = points_.size();
+  PatinaPoints in{};
+  in.struct_size = sizeof(in);
+  in.count = static_cast<uint32_t>(n);
+  in.padded = static_cast<uint32_t>(planes_.padded());
+  if (reads & PATINA_CHANNEL_P) in.P = planes_.fill3(n, [&](size_t i) { return points_[i].P; });
+  if (reads & PATINA_CHANNEL_N) in.N = planes_.fill3(n, [&](size_t i) { return points_[i].N; });
+  if (reads & PATINA_CHANNEL_NG) in.Ng = planes_.fill3(n, [&](size_t i) { return points_[i].Ng; });
+  if (reads & PATINA_CHANNEL_FOOTPRINT)
+    in.footprint = planes_.fill(n, [&](size_t i) { return points_[i].footprint; });
+  if (reads & PATINA_CHANNEL_TIME) in.time = planes_.uniform(0);
+  if (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV | PATINA_CHANNEL_FOOTPRINT)) {
+    du_.resize(n), dv_.resize(n);
+    for (size_t i = 0; i < n; ++i) derivatives(i, du_[i], dv_[i]);
+    in.dPdu = planes_.fill3(n, [&](size_t i) { return du_[i]; });
+    in.dPdv = planes_.fill3(n, [&](size_t i) { return dv_[i]; });
+    // Texture coordinates run along the surface's own parameters unless variables say otherwise.
+    in.footprint_st = planes_.fill(n, [&](size_t i) {
+      const V2f scale = points_[i].surface->parameterScale(points_[i].face);
+      const float perU = scale.x / std::max(du_[i].length(), 1e-20f),
+                  perV = scale.y / std::max(dv_[i].length(), 1e-20f);
+      return std::min(points_[i].footprint * std::max(perU, perV), 1.0f);
+    });
+  }
+  if (reads & (PATINA_CHANNEL_UV | PATINA_CHANNEL_ST)) fillTextureCoordinates(in);
+  const auto color = [&](const PrimVar* SurfaceVariables::*variable, Rgb Attributes::*fallback) {
+    return planes_.fill3(n, [&](size_t i) {
+      const BatchPoint& p = points_[i];
+      Rgb c = p.attributes->*fallback;
+      if (const PrimVar* given = p.variables->*variable)
+        p.surface->interpolate(*given, p.face, p.u, p.v, &c.x);
+      return c;
+    });
+  };
+  if (reads & PATINA_CHANNEL_CS) in.Cs = color(&SurfaceVariables::Cs, &Attributes::color);
+  if (reads & PATINA_CHANNEL_OS) in.Os = color(&SurfaceVariables::Os, &Attributes::opacity);
+  in.values = fillParameters(shader).data();
+  in.value_stride = sizeof(PatinaValue);
+  return in;
+}
+
+}  // namespace patina
