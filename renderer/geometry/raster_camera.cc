@@ -56,6 +56,16 @@ RasterCamera::Ray RasterCamera::ray(float x, float y, const V2f& lens) const {
   const double nearZ = camera_.nearPlane, farZ = std::min(static_cast<double>(camera_.farPlane), 1e30);
   ray.tNear = static_cast<float>(nearZ * length);
   ray.tFar = static_cast<float>(std::min(farZ * length, 1e30));
+  for (const ClippingPlane& plane : camera_.clippingPlanes) {
+    const double beyond = plane.normal.dot(origin) - plane.offset, gained = plane.normal.dot(direction);
+    const auto t = static_cast<float>(std::clamp(-beyond / gained * length, -1e30, 1e30));
+    if (gained > 0)
+      ray.tFar = std::min(ray.tFar, t);
+    else if (gained < 0)
+      ray.tNear = std::max(ray.tNear, t);
+    else if (beyond > 0)
+      ray.tFar = -1;  // all of it is cut off
+  }
   ray.depthPerT = static_cast<float>(1 / length);
   ray.originDepth = static_cast<float>(origin.z);
   const float pixel = 1 / (focalPixels_ * cameraScale_);

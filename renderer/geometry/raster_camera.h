@@ -19,7 +19,8 @@ class RasterCamera {
   const M44d& worldToCamera() const { return camera_.worldToCamera; }
   bool singular() const { return singular_; }  ///< worldToCamera has no inverse: nothing can be rendered
 
-  /// A camera ray in world space: unit direction; `t` runs from tNear to tFar. `lens` is in [0,1)^2 and is
+  /// A camera ray in world space: unit direction; `t` runs from tNear to tFar, which clipping may put before
+  /// tNear: then there is nothing to be seen. `lens` is in [0,1)^2 and is
   /// used with depth of field only.
   struct Ray {
     V3f origin, direction;

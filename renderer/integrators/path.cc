@@ -270,7 +270,7 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
       if (isBlack(path.throughput) || ++path.vertex > kMostVertices) return false;
       path.ray.origin = leave(point.facet(), path.ray.direction);
       path.ray.tNear = 0;
-      if (path.receiver == kNone) path.ray.tFar = kInfinity;
+      path.ray.tFar -= wave.hits[wave.pathOf[i]].t;  // the far plane of camera rays stays where it is
       return true;
     }
     path.throughput /= solid;

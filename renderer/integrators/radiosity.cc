@@ -357,7 +357,7 @@ bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
     walk.throughput *= specular ? passed / through : passed;
     if (maxComponent(walk.throughput) < 1e-4f) return false;
     walk.ray.origin = leave(point.facet(), walk.ray.direction);
-    walk.ray.tNear = 0, walk.ray.tFar = kInfinity;
+    walk.ray.tNear = 0, walk.ray.tFar -= wave.hits[wave.active[i]].t;  // the far plane stays where it is
     return true;
   }
   if (!specular) return false;

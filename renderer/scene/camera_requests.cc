@@ -2,6 +2,9 @@
 // Options of the camera: Format to Shutter.
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "renderer/scene/matrices.h"
 #include "renderer/scene/scene_builder.h"
 
 namespace patina {
@@ -90,6 +93,23 @@ void SceneBuilder::clipping(float near, float far, const Location& at) {
   }
   camera_.nearPlane = std::max(near, 1e-10f);  // RI_EPSILON
   camera_.farPlane = std::min(far, 1e38f);     // RI_INFINITY
+}
+
+void SceneBuilder::clippingPlane(const std::array<float, 6>& v, const Location& at) {
+  if (inWorld()) return error(RiError::IllState, at, "ClippingPlane inside the world block is ignored");
+  const V3d point(v[0], v[1], v[2]), normal(v[3], v[4], v[5]);
+  if (!std::ranges::all_of(v, [](float x) { return std::isfinite(x); }) || normal == V3d(0, 0, 0))
+    return error(RiError::Range, at,
+                 "ClippingPlane: expected a point and a normal that is not 0, both finite");
+  // The current space is on its way to the camera; normals go there by the inverse, transposed.
+  const auto toCurrent = inverted(state_.ctm);
+  if (!toCurrent || !isAffine(state_.ctm))
+    return error(RiError::Math, at,
+                 "ClippingPlane under a transformation that has no inverse, or a perspective one");
+  V3d inCamera;
+  toCurrent->transposed().multDirMatrix(normal, inCamera);
+  inCamera.normalize();
+  camera_.clippingPlanes.push_back({inCamera, inCamera.dot(point * state_.ctm)});
 }
 
 void SceneBuilder::depthOfField(float fStop, float focalLength, float focalDistance, const Location& at) {

@@ -255,11 +255,18 @@ struct Quantization {
 };
 
 struct Options {
+/// ClippingPlane: the camera does not see where p . normal > offset.
+struct ClippingPlane {
+  V3d normal;
+  double offset;
+};
+
   int xResolution = 640, yResolution = 480;
   float pixelAspect = 1;
   std::optional<float> frameAspect;                  ///< FrameAspectRatio
   std::optional<std::array<float, 4>> screenWindow;  ///< as the RIB says it; Camera has the one in force
   std::array<float, 4> crop{0, 1, 0, 1};             ///< xmin xmax ymin ymax, fractions of the picture
+  std::vector<ClippingPlane> clippingPlanes;        ///< camera space
   int pixelSamplesX = 2, pixelSamplesY = 2;
   float pixelVariance = 0;
   std::string filter = "gaussian";

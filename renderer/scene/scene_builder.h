@@ -87,6 +87,7 @@ class SceneBuilder final : public RibHandler {
   void cropWindow(float xmin, float xmax, float ymin, float ymax, const Location& at) override;
   void projection(std::string_view name, const ParamList& params, const Location& at) override;
   void clipping(float near, float far, const Location& at) override;
+  void clippingPlane(const std::array<float, 6>& pointAndNormal, const Location& at) override;
   void depthOfField(float fStop, float focalLength, float focalDistance, const Location& at) override;
   void shutter(float open, float close, const Location& at) override;
   void pixelVariance(float variance, const Location& at) override;
