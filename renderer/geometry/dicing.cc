@@ -17,8 +17,9 @@ constexpr float kForeshorteningLimit =
 constexpr float kMargin = 16;  // pixels around the frame that count as seen
 constexpr int kMaxDepth = 44;  // binary splits of a face
 
-/// Corners of a tile and the points half-way between them, in world space.
-std::array<V3f, 9> lattice(const DiceInput& input, uint32_t face, float u0, float v0, float du, float dv) {
+/// Corners of a tile and the points half-way between them, in object space.
+std::array<V3f, 9> objectLattice(const DiceInput& input, uint32_t face, float u0, float v0, float du,
+                                 float dv) {
   std::array<V2f, 9> uv;
   for (size_t j = 0; j < 3; ++j)
     for (size_t i = 0; i < 3; ++i)
@@ -40,7 +41,6 @@ std::array<V3f, 9> lattice(const DiceInput& input, uint32_t face, float u0, floa
     input.surface->evaluateMany(face, uv, surface);
     for (size_t k = 0; k < 9; ++k) points[k] = surface[k].P;
   }
-  for (V3f& p : points) p = transformPoint(p, input.objectToWorld);
   return points;
 }
 
@@ -98,7 +98,9 @@ class PatchTable::Dicer {
 
 PatchTable::Dicer::Tile PatchTable::Dicer::measure(uint32_t face, float u0, float v0, float du,
                                                    float dv) const {
-  const std::array<V3f, 9> p = lattice(input_, face, u0, v0, du, dv);
+  const std::array<V3f, 9> object = objectLattice(input_, face, u0, v0, du, dv);
+  std::array<V3f, 9> p;
+  for (size_t k = 0; k < 9; ++k) p[k] = transformPoint(object[k], input_.objectToWorld);
   const auto [center, radius] = boundingSphere(p);
   const float distance = std::max(camera_.nearestDistance(center, radius), 0.25f * radius);
   const bool visible = camera_.mayBeVisible(center, radius, kMargin);
@@ -106,17 +108,19 @@ PatchTable::Dicer::Tile PatchTable::Dicer::measure(uint32_t face, float u0, floa
 
   // On screen, lengths count as they are seen, unless the tile reaches behind the eye.
   std::array<V2f, 9> raster;
-  bool projected = visible;
+  bool projected = visible && input_.foreshorten;
   for (size_t k = 0; k < 9 && projected; ++k) {
     const V3f c = camera_.toCamera(p[k]);
     projected = !camera_.perspective() || c.z > 0.05f * radius;
     if (projected) raster[k] = camera_.toRaster(c);
   }
+  const bool bySpace = input_.length > 0;
   const auto length = [&](size_t a, size_t b) {
+    if (bySpace) return input_.inObjectSpace ? (object[a] - object[b]).length() : (p[a] - p[b]).length();
     const float whole = (p[a] - p[b]).length() * perUnit;
     return projected ? std::max((raster[a] - raster[b]).length(), kForeshorteningLimit * whole) : whole;
   };
-  const float edge = 1 / std::sqrt(input_.shadingRate);
+  const float edge = 1 / (bySpace ? input_.length : std::sqrt(input_.shadingRate));
   Tile tile{u0, v0, du, dv, 0, 0, 0};
   if (input_.surface->faceShape(face) == FaceShape::Triangle) {
     tile.cellsU =

@@ -262,7 +262,9 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
   makeUnits();
   patches_ = std::make_unique<PatchTable>(camera_, placements_.size(), [this](uint32_t placement) {
     const Placement& p = placements_[placement];
-    return DiceInput{&surface(p), p.objectToWorld, attributes(p).shadingRate};
+    const Attributes& a = attributes(p);
+    return DiceInput{&surface(p),  p.objectToWorld,     a.shadingRate,
+                     a.diceLength, a.diceInObjectSpace, a.foreshorten};
   });
 }
 

@@ -104,7 +104,10 @@ void Patch::forEachDiagonal(Level level, Visit visit) const {
 struct DiceInput {
   const Surface* surface;
   M44f objectToWorld;
-  float shadingRate;  ///< micropolygon area in pixels
+  float shadingRate;           ///< micropolygon area in pixels
+  float length = 0;            ///< edge of a micropolygon in units of space; 0: by the shading rate
+  bool inObjectSpace = false;  ///< of `length`
+  bool foreshorten = true;     ///< on screen lengths count as they are seen
 };
 
 /// The patches of a scene. Those of a placement are made when the first of them is asked for, and stay.

@@ -23,6 +23,7 @@ size_t hashOf(const Attributes& attributes) {
       .add(attributes.visibility)
       .add(attributes.displacementBound)
       .add(attributes.name);
+  hasher.add(attributes.diceLength);
   hasher.add(attributes.maxDiffuseDepth).add(attributes.maxSpecularDepth);
   return hasher.value();
 }
@@ -214,9 +215,7 @@ void SceneBuilder::attribute(std::string_view name, const ParamList& params, con
     }
     markAllUsed(params);
   } else if (name == "dice") {
-    // The rest says how other renderers cut surfaces up: no picture depends on it.
-    state_.roundCurves = truth(params, "roundcurve", state_.roundCurves);
-    markAllUsed(params);
+    diceAttribute(params, at);
   } else if (name == "displacementbound") {
     displacementBound(params);
   } else if (name == "trimcurve") {
@@ -262,6 +261,62 @@ void SceneBuilder::visibilityAttribute(const ParamList& params, const Location& 
   if (attributes.visibility == 0) {
     errors_.report(Severity::Info, RiError::Range, at, "nothing sees primitives of this visibility");
   }
+}
+
+/// How surfaces are cut into micropolygons (PRMan's dicing attributes): by pixels as RI's ShadingRate has it,
+/// or by lengths in space, whatever the camera sees.
+void SceneBuilder::diceAttribute(const ParamList& params, const Location& at) {
+  state_.roundCurves = truth(params, "roundcurve", state_.roundCurves);
+  const auto length = [&](std::string_view token) -> std::optional<float> {
+    const Param* param = params.find(token);
+    if (!param || param->floats.empty()) return std::nullopt;
+    const float value = param->floats.front();
+    if (std::isfinite(value)) return value;
+    error(RiError::Range, param->location,
+          fmt::format("Attribute \"dice\" \"{}\": expected a length", token));
+    return std::nullopt;
+  };
+  Attributes attributes = state_.attributes;
+  attributes.foreshorten = truth(params, "rasterorient", attributes.foreshorten);
+  // What is not positive stands for nothing said.
+  if (const auto pixels = length("micropolygonlength"); pixels && *pixels > 0)
+    attributes.shadingRate = std::max(*pixels * *pixels, 1e-4f);
+  const auto units = length("worlddistancelength");
+  if (const Param* param = params.find("strategy"); param && !param->strings.empty()) {
+    const std::string_view strategy = param->strings.front();
+    if (strategy == "worlddistance" || strategy == "objectdistance") {
+      attributes.diceInObjectSpace = strategy == "objectdistance";
+      // Without a length of its own the micropolygon's in pixels is one in space.
+      attributes.diceLength =
+          units && *units > 0 ? std::max(*units, 1e-30f) : std::sqrt(attributes.shadingRate);
+    } else {
+      attributes.diceLength = 0;
+      if (strategy != "instanceprojection" && strategy != "planarprojection" &&
+          strategy != "sphericalprojection")
+        error(RiError::BadToken, param->location,
+              fmt::format("Attribute \"dice\" \"strategy\" \"{}\": expected instanceprojection, "
+                          "planarprojection, sphericalprojection, worlddistance or objectdistance",
+                          strategy));
+    }
+  } else if (units && *units > 0 && attributes.diceLength > 0) {
+    attributes.diceLength = std::max(*units, 1e-30f);
+  }
+  if (attributes != state_.attributes) changeAttributes() = attributes;
+  // The numbers of micropolygons are powers of two in any case, and derivatives along hair are exact.
+  for (const std::string_view token : {"binary", "hair"}) params.find(token);
+  for (const Param& param : params) {
+    if (param.used) continue;
+    noEffect("Attribute", "dice", param.name(), at);
+    param.used = true;
+  }
+}
+
+void SceneBuilder::geometricApproximation(std::string_view type, float value, const Location& at) {
+  // Facets stay within a twentieth of a pixel of their surface.
+  if (type != "flatness")
+    return countNotice(fmt::format("GeometricApproximation \"{}\" has no effect", type), at);
+  if (!(value >= 0))
+    error(RiError::Range, at, fmt::format("GeometricApproximation \"flatness\" {} is negative", value));
 }
 
 void SceneBuilder::displacementBound(const ParamList& params) {

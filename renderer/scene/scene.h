@@ -59,11 +59,14 @@ struct Attributes {
   Rgb color{1, 1, 1};
   Rgb opacity{1, 1, 1};
   std::array<float, 8> textureCoordinates{0, 0, 1, 0, 0, 1, 1, 1};
-  uint32_t surface = kNone;       ///< index of Scene::shaders; kNone = the default surface
-  uint32_t displacement = kNone;  ///< index of Scene::shaders
-  uint32_t areaLight = kNone;     ///< index of Scene::lights: the geometry emits
-  std::vector<uint32_t> lights;   ///< indices of Scene::lights that illuminate, ascending
-  float shadingRate = 1;          ///< micropolygon area in pixels
+  uint32_t surface = kNone;        ///< index of Scene::shaders; kNone = the default surface
+  uint32_t displacement = kNone;   ///< index of Scene::shaders
+  uint32_t areaLight = kNone;      ///< index of Scene::lights: the geometry emits
+  std::vector<uint32_t> lights;    ///< indices of Scene::lights that illuminate, ascending
+  float shadingRate = 1;           ///< micropolygon area in pixels
+  float diceLength = 0;            ///< edge of a micropolygon in units of space; 0: shadingRate counts
+  bool diceInObjectSpace = false;  ///< diceLength is in object space, else in world space
+  bool foreshorten = true;         ///< Attribute "dice" "rasterorient": lengths count as the camera sees them
   bool matte = false;
   bool oneSided = false;          ///< Sides 1: only the outside is met by rays
   bool smoothShading = false;     ///< ShadingInterpolation "smooth"

@@ -116,7 +116,7 @@ class SceneBuilder final : public RibHandler {
   void detail(const Bounds6& bound, const Location& at) override;
   void detailRange(float minVisible, float lowerTransition, float upperTransition, float maxVisible,
                    const Location& at) override;
-  void geometricApproximation(std::string_view, float, const Location&) override {}
+  void geometricApproximation(std::string_view type, float value, const Location& at) override;
   void geometricRepresentation(std::string_view type, const Location& at) override;
   void orientation(std::string_view orientation, const Location& at) override;
   void reverseOrientation(const Location& at) override;
@@ -248,6 +248,7 @@ class SceneBuilder final : public RibHandler {
   void riAttribute(const ParamList& params, const Location& at);
   void visibilityAttribute(const ParamList& params, const Location& at);
   void displacementBound(const ParamList& params);
+  void diceAttribute(const ParamList& params, const Location& at);
 
   // Primitives
   void addPrimitive(Shape shape, const ParamList& params, const Location& at);

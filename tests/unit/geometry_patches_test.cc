@@ -11,6 +11,8 @@
 namespace patina {
 namespace {
 
+using Imath::V2d;
+
 /// A flat rectangle or triangle in the plane z = 0 with given edges.
 class Plane final : public Surface {
  public:
@@ -170,6 +172,46 @@ TEST(PatchTable, EveryPointHasThePatchThatHoldsIt) {
       ASSERT_LE(shape == FaceShape::Quad ? std::max(local.x, local.y) : local.x + local.y, 1 + 1e-4f);
     }
   }
+}
+
+/// Micropolygons along u and v of a plane of 8 x 4 units.
+V2d cellsOfPlane(DiceInput input) {
+  const Plane plane(FaceShape::Quad, 8, 4);
+  input.surface = &plane;
+  const PatchTable table(lookingCamera(), 1, [&](uint32_t) { return input; });
+  V2d cells(0, 0);
+  table.find(0, 0, 0, 0);
+  for (uint32_t k = 0; k < table.size(); ++k) {
+    // Along the edges v = 0 and u = 0.
+    if (table[k].v0 == 0) cells.x += table[k].cellsU;
+    if (table[k].u0 == 0) cells.y += table[k].cellsV;
+  }
+  return cells;
+}
+
+TEST(PatchTable, LengthsInSpaceDoNotDependOnTheView) {
+  // Edges of a quarter: 32 x 16 of them wherever it stands, twice as many where it is twice as large.
+  for (const float distance : {0.0f, -5.0f, 500.0f, -3000.0f}) {
+    M44f moved, grown;
+    moved.setTranslation(V3f(0, 0, distance));
+    grown.setScale(V3f(2));
+    EXPECT_EQ(cellsOfPlane({nullptr, moved, 1, 0.25f}), V2d(32, 16)) << distance;
+    EXPECT_EQ(cellsOfPlane({nullptr, grown * moved, 1, 0.25f}), V2d(64, 32)) << distance;
+    EXPECT_EQ(cellsOfPlane({nullptr, grown * moved, 1, 0.25f, true}), V2d(32, 16))
+        << "by lengths in object space";
+  }
+}
+
+TEST(PatchTable, ForeshorteningCountsUnlessItIsSwitchedOff) {
+  // Turned by 75 degrees about x: v is seen at 0.26 of its length, u at all of it, 800 pixels and more.
+  M44f turned;
+  turned.setAxisAngle(V3f(1, 0, 0), 75 * kPi / 180);
+  const V2d seen = cellsOfPlane({nullptr, turned, 1}),
+            whole = cellsOfPlane({nullptr, turned, 1, 0, false, false});
+  EXPECT_LT(seen.y, 256);
+  EXPECT_GE(whole.y, 256);
+  EXPECT_LE(whole.y, 1024);
+  EXPECT_GE(whole.x, 512);
 }
 
 TEST(PatchTable, APlaneThroughTheEyeStaysBounded) {

@@ -99,6 +99,55 @@ TEST(Attributes, WrongValues) {
                           HasSubstr("t.rib:7:1: error: range: DetailRange")));
 }
 
+TEST(Attributes, DicingByPixelsAndBySpace) {
+  const auto dice = [](std::string_view requests) {
+    return buildClean("WorldBegin " + std::string(requests) + " Sphere 1 -1 1 360 WorldEnd").attributesOf(0);
+  };
+  EXPECT_EQ(dice("ShadingRate 9 Attribute \"dice\" \"float micropolygonlength\" [2]").shadingRate, 4);
+  EXPECT_EQ(dice("ShadingRate 9 Attribute \"dice\" \"float micropolygonlength\" 0").shadingRate, 9);
+  EXPECT_EQ(dice("Attribute \"dice\" \"float[2] micropolygonlength\" [3 5]").shadingRate, 9);
+  EXPECT_TRUE(dice("").foreshorten);
+  EXPECT_FALSE(dice("Attribute \"dice\" \"int rasterorient\" 0 \"int binary\" 1").foreshorten);
+  const Attributes world =
+      dice("Attribute \"dice\" \"string strategy\" \"worlddistance\" \"float worlddistancelength\" 0.25");
+  EXPECT_EQ(world.diceLength, 0.25f);
+  EXPECT_FALSE(world.diceInObjectSpace);
+  const Attributes object =
+      dice("Attribute \"dice\" \"string strategy\" \"objectdistance\" \"float micropolygonlength\" 3");
+  EXPECT_EQ(object.diceLength, 3);
+  EXPECT_TRUE(object.diceInObjectSpace);
+  EXPECT_EQ(
+      dice("Attribute \"dice\" \"string strategy\" \"worlddistance\" Attribute \"dice\" \"string strategy\" "
+           "\"planarprojection\"")
+          .diceLength,
+      0);
+  EXPECT_EQ(dice("Attribute \"dice\" \"float worlddistancelength\" 2").diceLength, 0)
+      << "the strategy is another";
+  // What changes nothing leaves an object's attributes to its instances.
+  EXPECT_EQ(
+      buildClean("WorldBegin ObjectBegin 1 Attribute \"dice\" \"int binary\" 1 Sphere 1 -1 1 360 ObjectEnd "
+                 "ObjectInstance 1 WorldEnd")
+          .world()
+          .objects[0]
+          .primitives[0]
+          .attributes,
+      kNone);
+  const Built built = build(
+      "WorldBegin\nAttribute \"dice\" \"string strategy\" \"best\"\nAttribute \"dice\" \"string "
+      "referencecamera\" "
+      "\"main\" \"int minsplits\" 1\nGeometricApproximation \"motionfactor\" 1\nGeometricApproximation "
+      "\"flatness\" 2\n"
+      "GeometricApproximation \"flatness\" -1\nWorldEnd");
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre(
+          HasSubstr("t.rib:2:18: error: badtoken: Attribute \"dice\" \"strategy\" \"best\": expected "),
+          "t.rib:6:1: error: range: GeometricApproximation \"flatness\" -1 is negative",
+          HasSubstr("Attribute \"dice\" \"minsplits\" has no effect (once)"),
+          HasSubstr("Attribute \"dice\" \"referencecamera\" has no effect (once)"),
+          HasSubstr("GeometricApproximation \"motionfactor\" has no effect (once)")));
+}
+
 // ---- Lights
 // --------------------------------------------------------------------------------------------------------
 
