@@ -285,6 +285,48 @@ TEST(Motion, TheFirstSampleIsTaken) {
   EXPECT_EQ(std::get<Quadric>(built.world().primitives[0].shape).values[0], 1);
 }
 
+TEST(Detail, OfAllLevelsOneIsDrawnAtEverySize) {
+  // In perspective at distance d a square of side 1 across the view covers (50 / d)^2 of 100 x 100 pixels
+  // over 90 degrees. Levels change in the middle of their transitions: at 150 and 1100 pixels.
+  for (const double relative : {1.0, 0.25})
+    for (double pixels = 20; pixels < 2500; pixels *= 1.07) {
+      const std::string text =
+          "RelativeDetail " + std::to_string(relative) +
+          " Format 100 100 1 Projection \"perspective\" \"fov\" 90 WorldBegin Translate 0 0 " +
+          std::to_string(50 / std::sqrt(pixels)) +
+          " Detail [-.5 .5 -.5 .5 0 0] DetailRange 0 0 100 200 Sphere 1 -1 1 360 "
+          "DetailRange 100 200 1000 1200 Sphere 2 -2 2 360 DetailRange 1000 1200 1e38 1e38 Sphere 3 -3 3 360 "
+          "WorldEnd";
+      const double size = pixels * relative;
+      if (std::abs(size / 150 - 1) < 1e-3 || std::abs(size / 1100 - 1) < 1e-3) continue;
+      const Built built = buildClean(text);
+      ASSERT_THAT(built.world().primitives, SizeIs(1)) << size;
+      EXPECT_EQ(std::get<Quadric>(built.world().primitives[0].shape).values[0], size < 150    ? 1
+                                                                                : size < 1100 ? 2
+                                                                                              : 3)
+          << size;
+    }
+}
+
+TEST(Detail, IsTheAreaAroundThePictureOfTheBox) {
+  // Orthographic, 200 x 100 pixels over [-2, 2] x [-1, 1]: a unit cube turned by 45 degrees about z is
+  // sqrt(2) wide and high: 2 * 50 * 50 pixels. A box that reaches behind the eye is as large as can be.
+  const auto drawn = [](const std::string& where, const std::string& range) {
+    return !buildClean("Format 200 100 1 " + where + " DetailRange " + range + " Sphere 1 -1 1 360 WorldEnd")
+                .world()
+                .primitives.empty();
+  };
+  const std::string turned = "WorldBegin Translate 0 0 2 Rotate 45 0 0 1 Detail [-.5 .5 -.5 .5 -.5 .5]";
+  EXPECT_TRUE(drawn(turned, "4990 4990 5010 5010"));
+  EXPECT_FALSE(drawn(turned, "5010 5010 1e38 1e38"));
+  const std::string around =
+      "Projection \"perspective\" WorldBegin Translate 0 0 .1 Detail [-.5 .5 -.5 .5 -.5 .5]";
+  EXPECT_TRUE(drawn(around, "1e9 1e10 1e38 1e38"));
+  // Without Detail the highest level is drawn, and ranges that are not in order are not taken.
+  EXPECT_TRUE(drawn("WorldBegin", "100 200 1e38 1e38"));
+  EXPECT_FALSE(drawn("WorldBegin", "0 0 100 200"));
+}
+
 TEST(Detail, DrawsTheLevelOfItsSize) {
   // Orthographic, 100 x 100 pixels over [-1, 1]: a box of half the width covers 50 x 50 = 2500 pixels.
   const std::string head = "Format 100 100 1 WorldBegin Translate 0 0 2 Detail [-.5 .5 -.5 .5 -.5 .5] ";
