@@ -12,6 +12,13 @@
 
 namespace patina {
 
+/// The solid that primitives are a part of.
+struct SolidPlace {
+  uint32_t solid = kNone;     ///< index of the open world's or object's solids; kNone: not in a solid
+  uint32_t node = 0;          ///< the innermost SolidBegin
+  size_t firstPrimitive = 0;  ///< that may be a part of the solid
+};
+
 /// What AttributeBegin saves and AttributeEnd restores.
 struct GraphicsState {
   Attributes attributes;
@@ -31,6 +38,7 @@ struct GraphicsState {
   bool trimOutside = false;                ///< Attribute "trimcurve" "sense" "outside"
   float detail = kInfinity;                ///< area in pixels of the Detail bound
   std::array<float, 4> detailRange{0, 0, kInfinity, kInfinity};
+  SolidPlace solid;
 };
 
 enum class BlockKind : uint8_t { Frame, World, Attribute, Transform, Solid, Object, Motion, Resource };

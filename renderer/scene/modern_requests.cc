@@ -390,7 +390,9 @@ void SceneBuilder::resource(Handle handle, std::string_view type, const ParamLis
     attributes.shadingRate = saved.attributes.shadingRate;
     state_.bxdfColor = saved.bxdfColor;
   } else if (subset == "all") {
+    const SolidPlace solid = state_.solid;
     state_ = saved;
+    state_.solid = solid;
     changeAttributes();
   } else {
     unhandled(fmt::format("Resource \"attributes\" of subset \"{}\"", subset), at);

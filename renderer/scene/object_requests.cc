@@ -21,6 +21,7 @@ void SceneBuilder::objectBegin(Handle handle, const ParamList& params, const Loc
   state_.ctm = M44d();
   state_.inside = false;
   state_.touched = false;
+  state_.solid = {};
 }
 
 void SceneBuilder::objectInstance(Handle handle, const ParamList& params, const Location& at) {
@@ -32,6 +33,8 @@ void SceneBuilder::objectInstance(Handle handle, const ParamList& params, const 
   }
   if (inObject()) return unhandled("ObjectInstance inside ObjectBegin", at);
   if (!mayDraw(at)) return;
+  if (state_.solid.solid != kNone)
+    countNotice("ObjectInstance inside SolidBegin is drawn whole beside the solid", at);
   if (!isAffine(state_.ctm)) {
     return error(RiError::Math, at, "ObjectInstance under a perspective transformation cannot be drawn",
                  "projective");
@@ -39,7 +42,15 @@ void SceneBuilder::objectInstance(Handle handle, const ParamList& params, const 
   Instance instance;
   instance.object = known->second;
   instance.objectToWorld = state_.ctm;
+  // Lights are sampled all over their surfaces, of which solids keep only a part.
+  const uint32_t light = state_.attributes.areaLight;
+  const bool dark = light != kNone && !scene_.objects[instance.object].solids.empty();
+  if (dark) {
+    warning(RiError::Incapable, at, "an area light on solids of an ObjectInstance gives no light");
+    changeAttributes().areaLight = kNone;
+  }
   instance.attributes = storeAttributes();
+  if (dark) changeAttributes().areaLight = light;
   instance.reversed = state_.inside;
   instance.where = at;
   scene_.instances.push_back(std::move(instance));

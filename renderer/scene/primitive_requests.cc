@@ -91,7 +91,8 @@ void SceneBuilder::addPrimitive(Shape shape, const ParamList& params, const Loca
   primitive.attributes = storeAttributes();
   primitive.reversed = state_.inside;
   primitive.where = at;
-  (inObject() ? scene_.objects.back().primitives : scene_.primitives).push_back(std::move(primitive));
+  if (state_.solid.solid != kNone) placeInSolid(primitive, requestName(primitive.shape));
+  primitives().push_back(std::move(primitive));
 }
 
 // ---- Polygons ---------------------------------------------------------------------------------------------

@@ -212,10 +212,30 @@ struct Primitive {
   uint32_t attributes = kNone;  ///< index of Scene::attributes; kNone inside an object: those of the instance
   bool reversed = false;        ///< the outside is opposite to dPdu x dPdv (orientation against handedness)
   Location where;
+  uint32_t solid = kNone;  ///< index of the solids of its scene or object
+  uint32_t operand = 0;    ///< the node of that solid which it bounds, a Primitive
+};
+
+/// SolidBegin ... SolidEnd (RI 3.2 section 5.7): set operations on what closed surfaces enclose, as a tree.
+struct Solid {
+  enum class Operation : uint8_t {
+    Primitive,  ///< a leaf: what the primitives of this node enclose together
+    Union,
+    Intersection,
+    Difference  ///< the first operand without the others
+  };
+  struct Node {
+    Operation operation;
+    uint32_t parent;  ///< index of nodes; kNone: the root, which is node 0
+    Location where;
+    bool absent = false;  ///< a leaf whose primitives are no part of the solid, but surfaces like any other
+  };
+  std::vector<Node> nodes;  ///< parents before their operands, operands in their order
 };
 
 struct ObjectDefinition {
   std::vector<Primitive> primitives;
+  std::vector<Solid> solids;
 };
 
 struct Instance {
@@ -235,11 +255,18 @@ struct Light {
 
 // ---- Options ----------------------------------------------------------------------------------------------
 
+/// ClippingPlane: the camera does not see where p . normal > offset.
+struct ClippingPlane {
+  V3d normal;
+  double offset;
+};
+
 struct Camera {
   bool perspective = true;
   float fov = 90;  ///< degrees, of the narrower side of the unit screen window
   std::array<float, 4> screenWindow{-1, 1, -1, 1};  ///< left right bottom top
   float nearPlane = 1e-10f, farPlane = 1e38f;       ///< camera space
+  std::vector<ClippingPlane> clippingPlanes;        ///< camera space
   M44d worldToCamera;                               ///< left-handed camera space looking down +z
   float fStop = std::numeric_limits<float>::infinity(), focalLength = 1, focalDistance = 1;
   float shutterOpen = 0, shutterClose = 0;
@@ -258,18 +285,11 @@ struct Quantization {
 };
 
 struct Options {
-/// ClippingPlane: the camera does not see where p . normal > offset.
-struct ClippingPlane {
-  V3d normal;
-  double offset;
-};
-
   int xResolution = 640, yResolution = 480;
   float pixelAspect = 1;
   std::optional<float> frameAspect;                  ///< FrameAspectRatio
   std::optional<std::array<float, 4>> screenWindow;  ///< as the RIB says it; Camera has the one in force
   std::array<float, 4> crop{0, 1, 0, 1};             ///< xmin xmax ymin ymax, fractions of the picture
-  std::vector<ClippingPlane> clippingPlanes;        ///< camera space
   int pixelSamplesX = 2, pixelSamplesY = 2;
   float pixelVariance = 0;
   std::string filter = "gaussian";
@@ -301,6 +321,7 @@ struct Scene {
   std::vector<ShaderBinding> shaders;
   std::vector<Light> lights;
   std::vector<Primitive> primitives;  ///< in world space by their objectToWorld
+  std::vector<Solid> solids;          ///< of `primitives`
   std::deque<ObjectDefinition> objects;
   std::vector<Instance> instances;
   std::map<std::string, M44d> coordinateSystems;  ///< named space to world

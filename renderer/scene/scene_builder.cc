@@ -178,6 +178,7 @@ void SceneBuilder::closeTop(const Location&) {
     case BlockKind::Resource:
       break;
     default:
+      if (kind == BlockKind::Solid) endSolid();
       state_ = std::move(savedStates_.back());
       savedStates_.pop_back();
       if (kind == BlockKind::Object) objectBase_ = M44d();
@@ -201,6 +202,7 @@ void SceneBuilder::closeTop(const Location&) {
   };
   if (kind == BlockKind::World) {
     scene_.primitives.clear();
+    scene_.solids.clear();
     scene_.instances.clear();
     scene_.shaders = std::move(world_->shaders);
     cutBack(world_->mark);
@@ -277,18 +279,7 @@ void SceneBuilder::endWorld() {
   if (!errors_.aborted() && onWorld_) onWorld_(scene_);
 }
 
-// ---- Solids and motion ------------------------------------------------------------------------------------
-
-void SceneBuilder::solidBegin(std::string_view operation, const Location& at) {
-  // Without solid modelling every operand is drawn, which is right for unions of opaque solids.
-  if (operation == "difference" || operation == "intersection") {
-    unhandled(fmt::format("SolidBegin \"{}\"", operation), at);
-  } else if (operation != "primitive" && operation != "union") {
-    error(RiError::BadToken, at,
-          fmt::format("SolidBegin \"{}\": expected primitive, union, intersection or difference", operation));
-  }
-  open(BlockKind::Solid, at);
-}
+// ---- Motion -----------------------------------------------------------------------------------------------
 
 void SceneBuilder::motionBegin(Floats times, const Location& at) {
   if (blocks_.isOpen(BlockKind::Motion)) return error(RiError::Nesting, at, "MotionBegin inside MotionBegin");

@@ -250,6 +250,14 @@ class SceneBuilder final : public RibHandler {
   void displacementBound(const ParamList& params);
   void diceAttribute(const ParamList& params, const Location& at);
 
+  // Solids (solid_requests.cc)
+  void endSolid();
+  void placeInSolid(Primitive& primitive, std::string_view request);
+  std::vector<Primitive>& primitives() {
+    return inObject() ? scene_.objects.back().primitives : scene_.primitives;
+  }
+  std::vector<Solid>& solids() { return inObject() ? scene_.objects.back().solids : scene_.solids; }
+
   // Primitives
   void addPrimitive(Shape shape, const ParamList& params, const Location& at);
   void addQuadric(Quadric::Kind kind, std::initializer_list<float> values, float thetaMax,

@@ -93,16 +93,6 @@ TEST(Blocks, DeepNestingHasALimitAndTakesLinearTime) {
   EXPECT_THAT(limited.worlds, SizeIs(1));
 }
 
-TEST(Blocks, SolidsAreDrawnWholeWithOneWarning) {
-  const Built built = build(
-      "WorldBegin\nSolidBegin \"difference\" SolidBegin \"primitive\" Sphere 1 -1 1 360 SolidEnd SolidBegin "
-      "\"primitive\" Color 1 0 0 "
-      "Sphere 1 -1 1 360 SolidEnd SolidEnd Sphere 1 -1 1 360 WorldEnd");
-  EXPECT_THAT(built.messages, ElementsAre("t.rib:2:1: warning: unimplemented: request SolidBegin "
-                                          "\"difference\" is not carried out yet (once)"));
-  EXPECT_EQ(built.attributesOf(2).color, Rgb(1, 1, 1));
-}
-
 TEST(Blocks, ErrorHandlerAbortStopsBeforeTheWorldIsDrawn) {
   const Built built = build("ErrorHandler \"abort\" WorldBegin Sides 9 Sphere 1 -1 1 360 WorldEnd");
   EXPECT_THAT(built.worlds, IsEmpty());
