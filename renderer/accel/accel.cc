@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "renderer/accel/embree_scene.h"
-
+#include "renderer/accel/solid_walk.h"
 #include "renderer/base/statistics.h"
 
 namespace patina {
@@ -52,8 +52,9 @@ constexpr uint32_t kFirstTraced = 0x40000000;
 
 struct UnitTracer final : Tessellation::Tracer {
   EmbreeScene scene;
-  UnitTracer(RTCDevice device, const Geometry& geometry)
-      : scene(device, geometry, RTC_BUILD_QUALITY_MEDIUM) {}
+  UnitTracer(RTCDevice device, const Geometry& geometry, uint32_t unit, uint32_t firstInstance)
+      : scene(device, geometry, RTC_BUILD_QUALITY_MEDIUM, firstInstance,
+              geometry.units()[unit].solid == kNone ? nullptr : collectCrossings) {}
 };
 
 const EmbreeScene& sceneOf(const Tessellation& tessellation) {
@@ -82,16 +83,21 @@ void boundUnit(const RTCBoundsFunctionArguments* args) {
 void intersectUnit(const RTCIntersectFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility;
+  const auto& [members, bound, visibility, oneSided, solid] = list.geometry->units()[unit];
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
     if ((RTCRayN_mask(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) & visibility) == 0) continue;
     RTCRayHit ray = rtcGetRayHitFromRayHitN(args->rayhit, args->N, k);
     const EmbreeScene& scene = sceneOf(reinterpret_cast<Context*>(args->context)->reader->get(unit));
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene.scene(), args->context, &ray);
-    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-    const FaceOwner owner = scene.ownerOf(ray.hit.geomID, ray.hit.primID, ray.hit.u, ray.hit.v);
+    FaceOwner owner;
+    if (solid == kNone) {
+      rtcIntersect1(scene.scene(), args->context, &ray);
+      if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+      owner = scene.ownerOf(ray.hit.geomID, ray.hit.primID, ray.hit.u, ray.hit.v);
+    } else if (!intersectSolid(scene, solid, args->context->instID[0], ray, owner)) {
+      continue;
+    }
     ray.hit.geomID = kFirstTraced + owner.traced;
     ray.hit.primID = owner.face;
     RTCRayN_tfar(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) = ray.ray.tfar;
@@ -102,13 +108,16 @@ void intersectUnit(const RTCIntersectFunctionNArguments* args) {
 void occludeUnit(const RTCOccludedFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility;
+  const auto& [members, bound, visibility, oneSided, solid] = list.geometry->units()[unit];
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
     RTCRay ray = rtcGetRayFromRayN(args->ray, args->N, k);
     if ((ray.mask & visibility) == 0) continue;
     const Tessellation& met = reinterpret_cast<Context*>(args->context)->reader->get(unit);
-    rtcOccluded1(sceneOf(met).scene(), args->context, &ray);
+    if (solid == kNone)
+      rtcOccluded1(sceneOf(met).scene(), args->context, &ray);
+    else
+      occludeBySolid(sceneOf(met), solid, args->context->instID[0], ray);
     RTCRayN_tfar(args->ray, args->N, k) = ray.tfar;
   }
 }
@@ -153,7 +162,7 @@ struct Accel::Scenes {
 };
 
 std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t first, uint32_t end) {
-  auto scene = std::make_unique<EmbreeScene>(device, *geometry, RTC_BUILD_QUALITY_MEDIUM);
+  auto scene = std::make_unique<EmbreeScene>(device, *geometry, RTC_BUILD_QUALITY_MEDIUM, firstInstanceId);
   UnitList list{geometry, {}};
   for (uint32_t k = first; k < end; ++k) {
     const TracedSurface& traced = geometry->traced()[k];
@@ -185,7 +194,7 @@ std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
   std::string trouble;
   try {
     made = geometry->tessellate(unit);
-    auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry);
+    auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, firstInstanceId);
     const std::vector<uint32_t>& members = geometry->units()[unit].members;
     for (size_t m = 0; m < members.size(); ++m) {
       if (made->members[m].rates)
@@ -202,7 +211,7 @@ std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
   }
   if (trouble.empty()) return made;
   made = geometry->leaveOut(unit, trouble);
-  auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry);
+  auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, firstInstanceId);
   rtcCommitScene(tracer->scene.scene());
   made->tracer = std::move(tracer);
   return made;
@@ -227,6 +236,7 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
   uint32_t worldEnd = 0;
   while (worldEnd < geometry.traced().size() && geometry.traced()[worldEnd].group == kNone) ++worldEnd;
   s.world = s.makeGroup(0, worldEnd);
+  s.firstInstanceId = s.world->geometries() + 1;
   s.objects.resize(geometry.scene().objects.size());
   for (uint32_t object = 0; object < s.objects.size(); ++object) {
     const auto [first, end] = geometry.groupRange(object);
@@ -234,7 +244,6 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
     s.objects[object] = s.makeGroup(first, end);
     rtcCommitScene(s.objects[object]->scene());
   }
-  s.firstInstanceId = s.world->geometries() + 1;
   for (uint32_t k = 0; k < geometry.instances().size(); ++k) {
     const PlacedInstance& instance = geometry.instances()[k];
     RTCGeometry shape = rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE);

@@ -4,8 +4,13 @@
 
 namespace patina {
 
-EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality)
-    : device_(device), geometry_(geometry), scene_(rtcNewScene(device)) {
+EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
+                         uint32_t firstInstance, RTCFilterFunctionN everyHit)
+    : device_(device),
+      geometry_(geometry),
+      firstInstance_(firstInstance),
+      everyHit_(everyHit),
+      scene_(rtcNewScene(device)) {
   rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene_, quality);
 }
@@ -13,12 +18,13 @@ EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQua
 EmbreeScene::~EmbreeScene() { rtcReleaseScene(scene_); }
 
 EmbreeScene::Part& EmbreeScene::part(uint32_t traced, Kind kind) {
-  const Attributes* own = geometry_.attributes(geometry_.traced()[traced]);
-  const bool oneSided = own && own->oneSided, hasHoles = geometry_.surface(traced).hasHoles();
+  const Attributes* own = everyHit_ ? nullptr : geometry_.attributes(geometry_.traced()[traced]);
+  const bool oneSided = !everyHit_ && geometry_.maybeOneSided(geometry_.traced()[traced]),
+             hasHoles = geometry_.surface(traced).hasHoles();
   std::unique_ptr<Part>& part = open_[{kind, own ? own->visibility : uint32_t{kAnyRay}, oneSided, hasHoles}];
   if (!part) {
     part = std::make_unique<Part>();
-    part->geometry = &geometry_, part->oneSided = oneSided, part->hasHoles = hasHoles;
+    part->scene = this, part->oneSided = oneSided, part->hasHoles = hasHoles;
   }
   return *part;
 }
@@ -65,7 +71,8 @@ FaceOwner EmbreeScene::ownerOf(const Part& part, uint32_t primitive, float& u, f
   if (primitive >= part.rates.size() || !part.rates[primitive]) return owner;
   const SurfaceRates& rates = *part.rates[primitive];
   const uint32_t face = rates.faceOf(owner.face);
-  const V2f uv = tileToFace(rates, part.geometry->surface(owner.traced).faceShape(face), owner.face, {u, v});
+  const V2f uv =
+      tileToFace(rates, part.scene->geometry_.surface(owner.traced).faceShape(face), owner.face, {u, v});
   u = uv.x, v = uv.y;
   owner.face = face;
   return owner;
@@ -95,7 +102,10 @@ void EmbreeScene::attach() {
     part->vertices = {}, part->indices = {}, part->grids = {};
     part->owners.shrink_to_fit();
     rtcSetGeometryMask(shape, key.visibility);
-    if (key.oneSided || key.hasHoles) {
+    if (everyHit_) {
+      rtcSetGeometryUserData(shape, this);
+      rtcSetGeometryIntersectFilterFunction(shape, everyHit_);
+    } else if (key.oneSided || key.hasHoles) {
       rtcSetGeometryUserData(shape, part.get());
       rtcSetGeometryIntersectFilterFunction(shape, filterHits);
       rtcSetGeometryOccludedFilterFunction(shape, filterHits);
@@ -115,24 +125,21 @@ void EmbreeScene::filterHits(const RTCFilterFunctionNArguments* args) {
     if (args->valid[k] == 0) continue;
     V2f uv(RTCHitN_u(args->hit, args->N, k), RTCHitN_v(args->hit, args->N, k));
     const FaceOwner owner = ownerOf(part, RTCHitN_primID(args->hit, args->N, k), uv.x, uv.y);
-    const TracedSurface& traced = part.geometry->traced()[owner.traced];
-    const Surface& surface = part.geometry->surface(owner.traced);
+    const Geometry& geometry = part.scene->geometry_;
+    const Surface& surface = geometry.surface(owner.traced);
     if (part.hasHoles && surface.isHole(owner.face, uv.x, uv.y)) {
       args->valid[k] = 0;
       continue;
     }
     if (!part.oneSided) continue;
-    V3f normal;
-    if (traced.isDisplaced)
-      normal = V3f(RTCHitN_Ng_x(args->hit, args->N, k), RTCHitN_Ng_y(args->hit, args->N, k),
-                   RTCHitN_Ng_z(args->hit, args->N, k)) *
-               (traced.toMesh.determinant() < 0 ? -1.0f : 1.0f);
-    else
-      normal = transformNormal(surface.evaluate(owner.face, uv.x, uv.y).N, traced.toMesh.inverse());
-    if (traced.isReversed) normal = -normal;
+    // By the facet, as Hit::front has it: near a silhouette the smooth surface may face the other way.
+    const Placement& placement = part.scene->placement(owner.traced, args->context->instID[0]);
+    if (!geometry.attributes(placement).oneSided) continue;
+    const V3f normal(RTCHitN_Ng_x(args->hit, args->N, k), RTCHitN_Ng_y(args->hit, args->N, k),
+                     RTCHitN_Ng_z(args->hit, args->N, k));
     const V3f direction(RTCRayN_dir_x(args->ray, args->N, k), RTCRayN_dir_y(args->ray, args->N, k),
                         RTCRayN_dir_z(args->ray, args->N, k));
-    if (normal.dot(direction) >= 0) args->valid[k] = 0;
+    if (normal.dot(direction) * placement.meshSign > 0) args->valid[k] = 0;
   }
 }
 

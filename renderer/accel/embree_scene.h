@@ -22,7 +22,11 @@ struct FaceOwner {
 /// together. Holds an Embree scene; views the vertices of tessellations.
 class EmbreeScene {
  public:
-  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality);
+  /// `firstInstance`: Embree's number of the first of Geometry::instances() that rays may come by.
+  /// `everyHit`: a filter that is called with every hit of all surfaces, whoever sees them; its user data is
+  /// this scene.
+  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality, uint32_t firstInstance,
+              RTCFilterFunctionN everyHit = nullptr);
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
@@ -34,6 +38,12 @@ class EmbreeScene {
   void attach();
 
   RTCScene scene() const { return scene_; }
+  const Geometry& geometry() const { return geometry_; }
+  /// The placement of a traced surface; `instance`: Embree's number of the instance that the ray is in.
+  const Placement& placement(uint32_t traced, unsigned instance) const {
+    return geometry_.placements()[geometry_.placementOf(
+        traced, instance == RTC_INVALID_GEOMETRY_ID ? kNone : instance - firstInstance_)];
+  }
   uint32_t geometries() const { return static_cast<uint32_t>(parts_.size()); }
   /// Of flat faces.
   const FaceOwner& owner(uint32_t geometry, uint32_t primitive) const {
@@ -54,7 +64,7 @@ class EmbreeScene {
     auto operator<=>(const Key&) const = default;
   };
   struct Part {
-    const Geometry* geometry = nullptr;
+    const EmbreeScene* scene = nullptr;
     bool oneSided = false, hasHoles = false;
     std::vector<FaceOwner> owners;  ///< by Embree primitive
     std::vector<V3f> vertices;      ///< of flat faces, until they are attached
@@ -70,6 +80,8 @@ class EmbreeScene {
 
   RTCDevice device_;
   const Geometry& geometry_;
+  uint32_t firstInstance_;
+  RTCFilterFunctionN everyHit_;
   RTCScene scene_;
   std::map<Key, std::unique_ptr<Part>> open_;
   std::vector<std::unique_ptr<Part>> parts_;  ///< by Embree geometry

@@ -150,7 +150,7 @@ bool Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t grou
   TracedSurface traced{&primitive, M44f(toMesh), meshBound(primitive), group, kNone,
                        0,          attributes,   isReversed,           false, 0};
   std::unique_ptr<Surface> surface;
-  if (traced.bound.isEmpty()) {
+  if (traced.bound.isEmpty() || primitive.solid != kNone) {
     surface = patina::makeSurface(primitive, errors_, viewpoint(primitive, toMesh, group));
     if (!surface || surface->faceCount() == 0) return false;
     ++surfaceCount;
@@ -197,15 +197,16 @@ void Geometry::place(const Instance& instance) {
   ++instanceCount;
   const auto index = static_cast<uint32_t>(instances_.size());
   instancesOf_[instance.object].push_back(index);
+  if (scene_.attributes[instance.attributes].oneSided) oneSidedInstances_[instance.object] = true;
   instances_.push_back({instance.object, static_cast<uint32_t>(placements_.size()),
                         scene_.attributes[instance.attributes].visibility, M44f(instance.objectToWorld),
                         M44f(instance.objectToWorld.inverse())});
   for (uint32_t k = first; k < end; ++k) {
     const Primitive& primitive = *traced_[k].primitive;
     const uint32_t attributes = primitive.attributes == kNone ? instance.attributes : primitive.attributes;
-    placements_.push_back(makePlacement(k, attributes, index,
-                                        primitive.objectToWorld * instance.objectToWorld,
-                                        primitive.objectToWorld, primitive.reversed != instance.reversed));
+    placements_.push_back(makePlacement(
+        k, attributes, index, primitive.objectToWorld * instance.objectToWorld, primitive.objectToWorld,
+        traced_[k].isReversed != (traced_[k].solid == kNone ? instance.reversed : traced_[k].isTurned)));
   }
 }
 
@@ -217,20 +218,24 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
   const auto addToWorld = [&](const Primitive& primitive, const M44d& matrix, uint32_t attributes,
                               bool isReversed) {
     const Attributes& a = scene.attributes[attributes];
-    if (a.visibility == 0 && a.areaLight == kNone) return;
+    if (a.visibility == 0 && a.areaLight == kNone && primitive.solid == kNone) return;
     if (add(primitive, matrix, kNone, attributes, isReversed)) toWorld.push_back(matrix);
   };
   for (const Primitive& primitive : scene.primitives)
     addToWorld(primitive, primitive.objectToWorld, primitive.attributes, primitive.reversed);
+  makeSolids(scene.solids, 0, &toWorld);
   std::vector<bool> used(scene.objects.size(), false);
   for (const Instance& instance : scene.instances) {
     if (!ownsSurfaces(instance)) {
       used[instance.object] = true;
       continue;
     }
-    for (const Primitive& p : scene.objects[instance.object].primitives)
+    const ObjectDefinition& object = scene.objects[instance.object];
+    const auto first = static_cast<uint32_t>(traced_.size());
+    for (const Primitive& p : object.primitives)
       addToWorld(p, p.objectToWorld * instance.objectToWorld,
                  p.attributes == kNone ? instance.attributes : p.attributes, p.reversed != instance.reversed);
+    makeSolids(object.solids, first, &toWorld);
   }
   const auto worldCount = static_cast<uint32_t>(traced_.size());
   for (uint32_t object = 0; object < scene.objects.size(); ++object) {
@@ -238,6 +243,7 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     if (used[object])
       for (const Primitive& primitive : scene.objects[object].primitives)
         add(primitive, primitive.objectToWorld, object, primitive.attributes, primitive.reversed);
+    makeSolids(scene.objects[object].solids, first, nullptr);
     groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
   }
   surfaces_ = std::vector<std::atomic<const Surface*>>(traced_.size());
@@ -245,9 +251,10 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
   for (size_t k = 0; k < traced_.size(); ++k) surfaces_[k] = made_[k].get();
 
   for (uint32_t k = 0; k < worldCount; ++k)
-    placements_.push_back(
-        makePlacement(k, traced_[k].attributes, kNone, toWorld[k], toWorld[k], traced_[k].isReversed));
+    placements_.push_back(makePlacement(k, traced_[k].attributes, kNone, toWorld[k], toWorld[k],
+                                        traced_[k].isReversed != traced_[k].isTurned));
   instancesOf_.resize(scene.objects.size());
+  oneSidedInstances_.resize(scene.objects.size(), false);
   for (const Instance& instance : scene.instances) place(instance);
   if (displacer_) boundDisplacements();
   for (const Placement& p : placements_) {
@@ -289,6 +296,7 @@ void Geometry::makeUnits() {
   std::vector<Key> keys;
   for (uint32_t k = 0; k < traced_.size(); ++k) {
     const TracedSurface& traced = traced_[k];
+    if (traced.solid != kNone) continue;
     if (!traced.isDisplaced && made_[k] && made_[k]->isFlat() && made_[k]->faceCount() <= kFewFaces) continue;
     const Attributes* own = attributes(traced);
     keys.push_back({traced.group, own ? own->visibility : uint32_t{kAnyRay}, own && own->oneSided,
@@ -313,6 +321,20 @@ void Geometry::makeUnits() {
     traced.unit = static_cast<uint32_t>(units_.size() - 1);
     traced.member = static_cast<uint32_t>(unit.members.size());
     unit.members.push_back(key.traced);
+  }
+  // Each solid is a unit of its own.
+  const auto firstSolid = static_cast<uint32_t>(units_.size());
+  for (uint32_t solid = 0; solid < solids_.size(); ++solid) units_.push_back({{}, {}, 0, false, solid});
+  for (uint32_t k = 0; k < traced_.size() && !solids_.empty(); ++k) {
+    TracedSurface& traced = traced_[k];
+    if (traced.solid == kNone) continue;
+    traced.unit = firstSolid + traced.solid;
+    SurfaceUnit& unit = units_[traced.unit];
+    unit.bound.extendBy(boundInMesh(traced));
+    const Attributes* own = attributes(traced);
+    unit.visibility |= own ? own->visibility : uint32_t{kAnyRay};
+    traced.member = static_cast<uint32_t>(unit.members.size());
+    unit.members.push_back(k);
   }
   tessellations_ = std::make_unique<TessellationCache>(
       units_.size(), static_cast<size_t>(std::max(scene_.options.geometryCacheKb, 0)) * 1024);

@@ -11,6 +11,7 @@
 
 #include "renderer/geometry/displacement.h"
 #include "renderer/geometry/patches.h"
+#include "renderer/geometry/solids.h"
 #include "renderer/geometry/surface.h"
 #include "renderer/geometry/tessellation_cache.h"
 
@@ -28,16 +29,21 @@ struct TracedSurface {
   uint32_t attributes = kNone;  ///< index of Scene::attributes; kNone: those of the instances
   bool isReversed = false;      ///< the outside is opposite to dPdu x dPdv of primitive space
   bool isDisplaced = false;
-  float reach = 0;  ///< of displacement, mesh space
+  float reach = 0;         ///< of displacement, mesh space
+  bool isTurned = false;   ///< of a part of a solid: the solid's outside is the other side
+  uint32_t solid = kNone;  ///< index of Geometry::solids()
+  uint32_t leaf = 0;       ///< node of the solid that it bounds
+  float leafSign = 1;      ///< -1: the cross product of a facet's edges in mesh space points into that leaf
 };
 
 /// Surfaces near each other, of one group, that are made, tessellated and given a structure for rays
-/// together, when the first ray meets their bound.
+/// together, when the first ray meets their bound; or all surfaces of a solid.
 struct SurfaceUnit {
   std::vector<uint32_t> members;  ///< indices of Geometry::traced()
   Box3f bound;                    ///< mesh space
-  uint32_t visibility;            ///< RayMask of all members
-  bool oneSided;                  ///< all members are
+  uint32_t visibility;            ///< RayMask of all members; of a solid: of any of them
+  bool oneSided;                  ///< all members are; of a solid: not known
+  uint32_t solid = kNone;         ///< index of Geometry::solids()
 };
 
 /// A primitive at its place in the world; instances of an object have one for each primitive of it.
@@ -82,6 +88,7 @@ class Geometry {
   const std::vector<SurfaceUnit>& units() const { return units_; }
   const std::vector<Placement>& placements() const { return placements_; }
   const std::vector<PlacedInstance>& instances() const { return instances_; }
+  const std::vector<SolidTree>& solids() const { return solids_; }
   const PatchTable& patches() const { return *patches_; }
   /// First traced surface of an object's group; groups are contiguous, in the order of Scene::objects.
   std::pair<uint32_t, uint32_t> groupRange(uint32_t object) const { return groups_[object]; }
@@ -97,6 +104,18 @@ class Geometry {
   const Attributes& attributes(const Placement& p) const { return scene_.attributes[p.attributes]; }
   const Attributes* attributes(const TracedSurface& t) const {  ///< null: those of the instances
     return t.attributes == kNone ? nullptr : &scene_.attributes[t.attributes];
+  }
+
+  /// The placement of a traced surface in an instance of its object (kNone: in the world).
+  uint32_t placementOf(uint32_t traced, uint32_t instance) const {
+    if (instance == kNone) return traced;
+    const PlacedInstance& placed = instances_[instance];
+    return placed.firstPlacement + traced - groups_[placed.object].first;
+  }
+  /// Whether Sides is 1 somewhere for a surface: in its own attributes, or in those of an instance.
+  bool maybeOneSided(const TracedSurface& t) const {
+    const Attributes* own = attributes(t);
+    return own ? own->oneSided : oneSidedInstances_[t.group];
   }
 
   /// Facets of the units. renderer/accel says with its setMaker() how their tracers are made out of what
@@ -148,6 +167,9 @@ class Geometry {
                               std::span<V3f> vertices) const;
   void checkDisplacement(uint32_t traced, float moved) const;
   void makeUnits();
+  /// Finds out about solids, whose traced surfaces begin at `first` and are the last so far. Those that are
+  /// no part of a result go, and with them their entries in `toWorld`, which may be null.
+  void makeSolids(const std::vector<Solid>& solids, uint32_t first, std::vector<M44d>* toWorld);
   std::vector<M44f> placesOf(uint32_t traced) const;
   const Surface& makeSurface(uint32_t traced) const;
   const SurfaceRates& rates(uint32_t traced) const;
@@ -172,8 +194,10 @@ class Geometry {
   std::vector<Placement> placements_;
   std::vector<std::vector<uint32_t>> instancesOf_;  ///< by object: indices of instances_
   std::vector<PlacedInstance> instances_;
+  std::vector<bool> oneSidedInstances_;  ///< by object: some instance has Sides 1
   std::vector<std::pair<uint32_t, uint32_t>> groups_;
   std::vector<SurfaceUnit> units_;
+  std::vector<SolidTree> solids_;
   std::unique_ptr<TessellationCache> tessellations_;
   std::unique_ptr<PatchTable> patches_;
   Box3f bound_;

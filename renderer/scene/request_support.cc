@@ -75,8 +75,8 @@ constexpr Entry kEntries[] = {
     {"Resource", {Support::CarriedOut, "attributes saved and restored"}},
     {"SampleFilter", {kIgnored, "samples are not changed"}},
     {"ShaderLayer", {kIgnored, "layers are not joined"}},
-    {"SolidBegin", {kMapped, "primitive and union; operands of the others are drawn whole"}},
-    {"SolidEnd", {kMapped, ""}},
+    {"SolidBegin",
+     {Support::CarriedOut, "operands that are not closed, and ObjectInstance in one, are drawn whole"}},
     {"System", {kIgnored, "no command is run"}},
     {"Volume", {kIgnored, "not drawn"}},
 };
