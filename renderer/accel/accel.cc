@@ -83,7 +83,8 @@ void boundUnit(const RTCBoundsFunctionArguments* args) {
 void intersectUnit(const RTCIntersectFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const auto& [members, bound, visibility, oneSided, solid] = list.geometry->units()[unit];
+  const uint32_t visibility = list.geometry->units()[unit].visibility,
+                 solid = list.geometry->units()[unit].solid;
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
     if ((RTCRayN_mask(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) & visibility) == 0) continue;
@@ -108,7 +109,8 @@ void intersectUnit(const RTCIntersectFunctionNArguments* args) {
 void occludeUnit(const RTCOccludedFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const auto& [members, bound, visibility, oneSided, solid] = list.geometry->units()[unit];
+  const uint32_t visibility = list.geometry->units()[unit].visibility,
+                 solid = list.geometry->units()[unit].solid;
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
     RTCRay ray = rtcGetRayFromRayN(args->ray, args->N, k);
