@@ -52,7 +52,15 @@ class Pool {
     size_ += n;
     return data_ + size_ - n;
   }
-  void clear() { size_ = 0; }
+  // Keeps its memory for the next values, but not what one huge request took: that would stay while a frame
+  // is rendered.
+  void clear() {
+    size_ = 0;
+    if (capacity_ * sizeof(T) <= kKept) return;
+    release();
+    data_ = nullptr;
+    capacity_ = 0;
+  }
   size_t size() const { return size_; }
   T* data() { return data_; }
   std::span<const T> view(size_t first, size_t count) const { return {data_ + first, count}; }
@@ -86,7 +94,7 @@ class Pool {
       munmap(data_, capacity_ * sizeof(T));
   }
 
-  static constexpr size_t kMapped = size_t{1} << 20;
+  static constexpr size_t kMapped = size_t{1} << 20, kKept = size_t{64} << 20;
   static_assert(std::is_trivially_copyable_v<T>);
   T* data_ = nullptr;
   size_t size_ = 0, capacity_ = 0;

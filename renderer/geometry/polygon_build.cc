@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // From the polygons of a request to faces: checks, the choice of diagonals, triangulation and its messages.
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 
@@ -133,19 +137,63 @@ struct PolygonSurface::Builder {
     for (const auto& t : triangles) addTriangle(polygon, begin + t[0], begin + t[1], begin + t[2]);
   }
 
-  /// True when every polygon has `sides` vertices and is one good face as it is.
-  bool isUniform(uint32_t sides) {
-    for (int n : arrays.loopsPerFace)
-      if (n != 1) return false;
-    for (int n : arrays.vertsPerLoop)
-      if (n != static_cast<int>(sides)) return false;
-    const auto corners = static_cast<uint32_t>(arrays.vertices.size());
-    for (uint32_t begin = 0; begin < corners; begin += sides) {
-      if (!check(begin / sides, begin, begin + sides)) return false;
-      const V3f a = point(begin), b = point(begin + 1), d = point(begin + 2);
-      if (sides == 3 ? areaVector(a, b, d) == V3d(0) : !cutsWell(a, b, d, point(begin + 3))) return false;
+  /// Whether every polygon has one loop of `sides` vertices.
+  bool isUniform(uint32_t sides) const {
+    const auto all = [](std::span<const int> counts, int value) {
+      return std::all_of(counts.begin(), counts.end(), [value](int n) { return n == value; });
+    };
+    return all(arrays.loopsPerFace, 1) &&
+           (arrays.sides == static_cast<int>(sides) ||
+            (arrays.sides == 0 && all(arrays.vertsPerLoop, static_cast<int>(sides))));
+  }
+
+  /// Whether every polygon, of `sides` vertices, is one good face as it is; makes the bound then.
+  bool allGood(uint32_t sides) {
+    struct Part {
+      Box3f bound;
+      bool good = true;
+    };
+    const auto check = [&](const tbb::blocked_range<uint32_t>& range, Part part) {
+      for (uint32_t polygon = range.begin(); polygon < range.end() && part.good; ++polygon) {
+        V3f p[4];
+        for (uint32_t k = 0; k < sides && part.good; ++k) {
+          const int vertex = arrays.vertices[polygon * sides + k];
+          part.good = vertex >= 0 && static_cast<size_t>(vertex) < points.size();
+          if (!part.good) break;
+          part.bound.extendBy(p[k] = points[static_cast<size_t>(vertex)]);
+          part.good = usable(p[k]);
+        }
+        part.good = part.good &&
+                    (sides == 3 ? areaVector(p[0], p[1], p[2]) != V3d(0) : cutsWell(p[0], p[1], p[2], p[3]));
+      }
+      return part;
+    };
+    const auto both = [](Part a, const Part& b) {
+      a.bound.extendBy(b.bound);
+      a.good = a.good && b.good;
+      return a;
+    };
+    // The caller may hold locks that tasks of others wait for.
+    constexpr uint32_t kGrain = 16384;
+    const tbb::blocked_range<uint32_t> all(0, static_cast<uint32_t>(arrays.faceCount()), kGrain);
+    const Part whole = all.size() < 2 * kGrain ? check(all, Part()) : tbb::this_task_arena::isolate([&] {
+      return tbb::parallel_reduce(all, Part(), check, both);
+    });
+    bound = whole.bound;
+    return whole.good;
+  }
+
+  /// Triangles some of which are not good: those that are.
+  void keepTriangles(std::vector<uint32_t>& kept) {
+    for (uint32_t polygon = 0; polygon < arrays.faceCount(); ++polygon) {
+      const uint32_t c = 3 * polygon;
+      if (!check(polygon, c, c + 3)) continue;
+      if (areaVector(point(c), point(c + 1), point(c + 2)) == V3d(0))
+        note(NoArea, polygon);
+      else
+        kept.push_back(polygon);
     }
-    return true;
+    kept.shrink_to_fit();
   }
 
   void addAll() {
@@ -153,10 +201,12 @@ struct PolygonSurface::Builder {
     faces.reserve(faceEstimate);
     size_t loop = 0;
     uint32_t begin = 0;
+    std::vector<int> sizes;
     for (size_t polygon = 0; polygon < arrays.faceCount(); ++polygon) {
       const auto n =
           arrays.loopsPerFace.empty() ? size_t{1} : static_cast<size_t>(arrays.loopsPerFace[polygon]);
-      const auto sizes = arrays.vertsPerLoop.subspan(loop, n);
+      sizes.clear();
+      for (size_t k = 0; k < n; ++k) sizes.push_back(arrays.loopSize(loop + k));
       addPolygon(static_cast<uint32_t>(polygon), begin, sizes);
       for (int size : sizes) begin += static_cast<uint32_t>(size);
       loop += n;
@@ -195,8 +245,9 @@ bool consistent(const PolygonArrays& arrays) {
     if (n < 0) return false;
     vertices += static_cast<size_t>(n);
   }
-  return (arrays.loopsPerFace.empty() || loops == arrays.vertsPerLoop.size()) &&
-         vertices == arrays.vertices.size() && vertices < size_t{1} << 31;
+  if (arrays.sides > 0) vertices = arrays.loopCount() * static_cast<size_t>(arrays.sides);
+  return (arrays.loopsPerFace.empty() || loops == arrays.loopCount()) && vertices == arrays.vertices.size() &&
+         vertices < size_t{1} << 31;
 }
 
 }  // namespace
@@ -214,22 +265,28 @@ std::unique_ptr<PolygonSurface> PolygonSurface::make(const PolygonArrays& arrays
     return nullptr;
   }
   std::unique_ptr<PolygonSurface> surface(new PolygonSurface(arrays, *points));
-  const uint32_t sides = arrays.vertsPerLoop.empty() ? 0 : static_cast<uint32_t>(arrays.vertsPerLoop[0]);
-  if (Builder builder(arrays, *points, surface->faces_);
-      (sides == 3 || sides == 4) && builder.isUniform(sides)) {
+  const uint32_t sides = arrays.loopCount() == 0 ? 0 : static_cast<uint32_t>(arrays.loopSize(0));
+  Builder builder(arrays, *points, surface->faces_);
+  const bool uniform = (sides == 3 || sides == 4) && builder.isUniform(sides);
+  if (uniform && sides == 3) surface->sides_ = 3;
+  if (uniform && builder.allGood(sides)) {
     surface->sides_ = sides;
-    surface->bound_ = builder.bound;
   } else {
-    Builder all(arrays, *points, surface->faces_);
-    all.addAll();
-    all.report(primitive.where, errors);
-    surface->bound_ = all.bound;
+    builder.bound = {};
+    if (surface->sides_ == 3)
+      builder.keepTriangles(surface->kept_);
+    else
+      builder.addAll();
+    if (surface->kept_.empty()) surface->sides_ = 0;
+    builder.report(primitive.where, errors);
   }
+  surface->bound_ = builder.bound;
   if (surface->faceCount() == 0) {
     errors.report(Severity::Error, RiError::BadArgument, primitive.where, "no polygon with an area is left");
     return nullptr;
   }
-  surface->memory_ = sizeof(PolygonSurface) + surface->faces_.capacity() * sizeof(Face);
+  surface->memory_ = sizeof(PolygonSurface) + surface->faces_.capacity() * sizeof(Face) +
+                     surface->kept_.capacity() * sizeof(uint32_t);
   return surface;
 }
 

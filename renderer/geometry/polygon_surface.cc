@@ -15,7 +15,7 @@ V3f barycentric(const V3f& a, const V3f& b, const V3f& c, double u, double v) {
 }  // namespace
 
 uint32_t PolygonSurface::faceCount() const {
-  return static_cast<uint32_t>(sides_ ? arrays_.faceCount() : faces_.size());
+  return static_cast<uint32_t>(!sides_ ? faces_.size() : kept_.empty() ? arrays_.faceCount() : kept_.size());
 }
 
 FaceShape PolygonSurface::faceShape(uint32_t face) const {
@@ -25,7 +25,7 @@ FaceShape PolygonSurface::faceShape(uint32_t face) const {
 
 PolygonSurface::Corners PolygonSurface::cornersOf(uint32_t face) const {
   if (sides_) {
-    const uint32_t first = face * sides_;
+    const uint32_t first = polygonOf(face) * sides_;
     return {{first, first + 1, first + 2, first + 3}, static_cast<int>(sides_)};
   }
   const Face& f = faces_[face];
@@ -40,6 +40,13 @@ void PolygonSurface::corners(uint32_t face, V3f out[4]) const {
   out[1] = point(c.index[1]);
   out[2] = point(c.index[c.count == 4 ? 3 : 2]);
   if (c.count == 4) out[3] = point(c.index[2]);
+}
+
+void PolygonSurface::cornerPoints(uint32_t face, uint32_t out[4]) const {
+  const Corners c = cornersOf(face);
+  constexpr int kOrder[4] = {0, 1, 3, 2};
+  for (int i = 0; i < c.count; ++i)
+    out[i] = static_cast<uint32_t>(arrays_.vertices[c.index[c.count == 4 ? kOrder[i] : i]]);
 }
 
 SurfacePoint PolygonSurface::evaluate(uint32_t face, float u, float v) const {
@@ -68,7 +75,7 @@ void PolygonSurface::interpolate(const PrimVar& variable, uint32_t face, float u
   blendValues(variable, std::span(c.index, count), std::span(count == 3 ? triangle : quad, count), out);
 }
 
-uint32_t PolygonSurface::uniformIndex(uint32_t face) const { return sides_ ? face : faces_[face].polygon; }
+uint32_t PolygonSurface::uniformIndex(uint32_t face) const { return polygonOf(face); }
 
 V2f PolygonSurface::surfaceParameters(uint32_t face, float u, float v) const {
   const V3f p = evaluate(face, u, v).P;

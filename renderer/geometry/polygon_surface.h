@@ -15,7 +15,12 @@ struct PolygonArrays {
   std::span<const int> loopsPerFace;  ///< empty: one loop each
   std::span<const int> vertsPerLoop;
   std::span<const int> vertices;
-  size_t faceCount() const { return loopsPerFace.empty() ? vertsPerLoop.size() : loopsPerFace.size(); }
+  int sides = 0;  ///< > 0: vertices of every loop; vertsPerLoop is empty then
+  size_t loopCount() const {
+    return sides > 0 ? vertices.size() / static_cast<size_t>(sides) : vertsPerLoop.size();
+  }
+  size_t faceCount() const { return loopsPerFace.empty() ? loopCount() : loopsPerFace.size(); }
+  int loopSize(size_t loop) const { return sides > 0 ? sides : vertsPerLoop[loop]; }
 };
 
 /// Triangles stay triangles. A four-sided polygon becomes one quad, convex or not, where one of its two
@@ -35,6 +40,8 @@ class PolygonSurface final : public Surface {
   FaceShape faceShape(uint32_t face) const override;
   bool isFlat() const override { return true; }
   void corners(uint32_t face, V3f out[4]) const override;
+  PointView sharedPoints() const override { return points_; }
+  void cornerPoints(uint32_t face, uint32_t out[4]) const override;
   SurfacePoint evaluate(uint32_t face, float u, float v) const override;
   void interpolate(const PrimVar& variable, uint32_t face, float u, float v, float* out) const override;
   uint32_t uniformIndex(uint32_t face) const override;
@@ -59,11 +66,15 @@ class PolygonSurface final : public Surface {
 
   PolygonSurface(const PolygonArrays& arrays, PointView points) : arrays_(arrays), points_(points) {}
   Corners cornersOf(uint32_t face) const;
+  uint32_t polygonOf(uint32_t face) const {
+    return !sides_ ? faces_[face].polygon : kept_.empty() ? face : kept_[face];
+  }
   V3f point(uint32_t corner) const { return points_[static_cast<size_t>(arrays_.vertices[corner])]; }
 
   PolygonArrays arrays_;
   PointView points_;
-  uint32_t sides_ = 0;  ///< 3 or 4: every polygon is one face with so many corners and faces_ is empty
+  uint32_t sides_ = 0;  ///< 3 or 4: every face is one polygon with so many corners and faces_ is empty
+  std::vector<uint32_t> kept_;  ///< the polygons of faces, triangles all; empty: face f is polygon f
   std::vector<Face> faces_;
   Box3f bound_;
 };

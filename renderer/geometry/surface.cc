@@ -39,8 +39,8 @@ std::unique_ptr<Surface> makeSurface(const Primitive& primitive, ErrorHandler& e
   return std::visit(
       Overloaded{
           [&](const PolygonMesh& mesh) -> std::unique_ptr<Surface> {
-            return PolygonSurface::make({mesh.loopsPerFace, mesh.vertsPerLoop, mesh.vertices}, primitive,
-                                        errors);
+            return PolygonSurface::make({mesh.loopsPerFace, mesh.vertsPerLoop, mesh.vertices, mesh.sides},
+                                        primitive, errors);
           },
           [&](const Quadric& quadric) -> std::unique_ptr<Surface> {
             return QuadricSurface::make(quadric, primitive, errors);

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "renderer/base/math.h"
+#include "renderer/geometry/primvar.h"
 #include "renderer/scene/scene.h"
 
 namespace patina {
@@ -49,6 +50,11 @@ class Surface {
 
   /// Corners of a face: (0,0) (1,0) (0,1) [(1,1)].
   virtual void corners(uint32_t face, V3f out[4]) const = 0;
+
+  /// Points that corners share, where the surface keeps them, and which of them are those of a face, in the
+  /// order of corners(). Empty: there are none such, and cornerPoints() must not be asked.
+  virtual PointView sharedPoints() const { return {}; }
+  virtual void cornerPoints(uint32_t /*face*/, uint32_t /*out*/[4]) const {}
 
   virtual SurfacePoint evaluate(uint32_t face, float u, float v) const = 0;
 

@@ -45,6 +45,24 @@ std::string indexProblem(const std::vector<int>& vertices) {
   return std::ranges::any_of(vertices, [](int v) { return v < 0; }) ? "a negative vertex index" : "";
 }
 
+/// Meshes of at least so many faces keep no counts that are all the same.
+constexpr size_t kManyFaces = 1024;
+
+/// Loops of faces that have one each.
+std::vector<int> oneEach(size_t faces) { return std::vector<int>(faces < kManyFaces ? faces : 0, 1); }
+
+void dropEqualCounts(PolygonMesh& mesh) {
+  const auto allAre = [](const std::vector<int>& counts, int value) {
+    return std::ranges::all_of(counts, [value](int n) { return n == value; });
+  };
+  if (mesh.loopsPerFace.size() >= kManyFaces && allAre(mesh.loopsPerFace, 1)) mesh.loopsPerFace = {};
+  if (mesh.vertsPerLoop.size() >= kManyFaces && mesh.vertsPerLoop[0] > 0 &&
+      allAre(mesh.vertsPerLoop, mesh.vertsPerLoop[0])) {
+    mesh.sides = mesh.vertsPerLoop[0];
+    mesh.vertsPerLoop = {};
+  }
+}
+
 /// RI's and the corpus' words for the wrap of a PatchMesh; nullopt: none of them.
 std::optional<bool> isPeriodic(std::string_view wrap) {
   if (wrap == "periodic") return true;
@@ -98,7 +116,9 @@ void SceneBuilder::addPrimitive(Shape shape, const ParamList& params, const Loca
 // ---- Polygons ---------------------------------------------------------------------------------------------
 
 void SceneBuilder::addPolygonMesh(PolygonMesh mesh, const ParamList& params, const Location& at) {
-  std::string problem = countProblem(mesh.loopsPerFace, mesh.vertsPerLoop.size(), "loops");
+  std::string problem;
+  if (!mesh.loopsPerFace.empty())
+    problem = countProblem(mesh.loopsPerFace, mesh.vertsPerLoop.size(), "loops");
   if (problem.empty()) problem = countProblem(mesh.vertsPerLoop, mesh.vertices.size(), "vertices");
   if (problem.empty()) problem = indexProblem(mesh.vertices);
   if (problem.empty() && mesh.vertices.empty()) return;  // nothing to draw
@@ -106,6 +126,7 @@ void SceneBuilder::addPolygonMesh(PolygonMesh mesh, const ParamList& params, con
     problem = "a face without a loop";
   if (!problem.empty())
     return error(RiError::Consistency, at, "polygons are left out: " + problem, "polygon counts");
+  dropEqualCounts(mesh);
   addPrimitive(std::move(mesh), params, at);
 }
 
@@ -146,13 +167,16 @@ void SceneBuilder::generalPolygon(Ints loopVertexCounts, const ParamList& params
 void SceneBuilder::pointsPolygons(Ints vertexCounts, Ints vertices, const ParamList& params,
                                   const Location& at) {
   if (!mayDraw(at)) return;
-  addPolygonMesh({std::vector<int>(vertexCounts.size(), 1), copied(vertexCounts), copied(vertices)}, params,
-                 at);
+  addPolygonMesh({oneEach(vertexCounts.size()), copied(vertexCounts), copied(vertices)}, params, at);
 }
 
 void SceneBuilder::pointsGeneralPolygons(Ints loopCounts, Ints vertexCounts, Ints vertices,
                                          const ParamList& params, const Location& at) {
   if (!mayDraw(at)) return;
+  if (loopCounts.empty() && !vertexCounts.empty())
+    return error(RiError::Consistency, at,
+                 "polygons are left out: " + countProblem({}, vertexCounts.size(), "loops"),
+                 "polygon counts");
   addPolygonMesh({copied(loopCounts), copied(vertexCounts), copied(vertices)}, params, at);
 }
 
@@ -208,8 +232,7 @@ void SceneBuilder::subdivisionMesh(std::string_view scheme, Ints vertexCounts, I
                                    const SubdivisionTags& tags, const ParamList& params, const Location& at) {
   if (!mayDraw(at)) return;
   if (scheme == "none") {
-    return addPolygonMesh({std::vector<int>(vertexCounts.size(), 1), copied(vertexCounts), copied(vertices)},
-                          params, at);
+    return addPolygonMesh({oneEach(vertexCounts.size()), copied(vertexCounts), copied(vertices)}, params, at);
   }
   SubdivisionMesh mesh;
   mesh.scheme = scheme;

@@ -95,11 +95,17 @@ struct PrimVar {
 };
 
 /// Polygons with holes: face f has loopsPerFace[f] loops, loop l has vertsPerLoop[l] vertices; the first is
-/// the outside.
+/// the outside. Dense meshes keep no number per face that is the same for all.
 struct PolygonMesh {
-  std::vector<int> loopsPerFace;
-  std::vector<int> vertsPerLoop;
-  std::vector<int> vertices;  ///< indices into "P"
+  std::vector<int> loopsPerFace;  ///< empty: one loop each
+  std::vector<int> vertsPerLoop;  ///< empty: `sides` each
+  std::vector<int> vertices;      ///< indices into "P"
+  int sides = 0;                  ///< 0 = vertsPerLoop says
+
+  size_t loopCount() const {
+    return sides > 0 ? vertices.size() / static_cast<size_t>(sides) : vertsPerLoop.size();
+  }
+  size_t faceCount() const { return loopsPerFace.empty() ? loopCount() : loopsPerFace.size(); }
 };
 
 struct Quadric {

@@ -13,7 +13,8 @@ size_t sum(const std::vector<int>& counts) {
 }
 
 ValueCounts countsOf(const PolygonMesh& mesh, size_t vertexCount) {
-  return {mesh.loopsPerFace.size(), vertexCount, vertexCount, sum(mesh.vertsPerLoop)};
+  return {mesh.faceCount(), vertexCount, vertexCount,
+          mesh.sides > 0 ? mesh.vertices.size() : sum(mesh.vertsPerLoop)};
 }
 
 ValueCounts countsOf(const SubdivisionMesh& mesh, size_t vertexCount) {

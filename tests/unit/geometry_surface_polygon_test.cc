@@ -156,6 +156,35 @@ TEST(PolygonSurface, PlainMeshesKeepNoFaces) {
   EXPECT_LT(mixed->memory(), 10003u * 18 + 1000);
 }
 
+TEST(PolygonSurface, TrianglesWithoutAreaCostNoMoreThanANumberPerFace) {
+  std::vector<float> P;
+  std::vector<int> vertices;
+  for (int k = 0; k <= 10000; ++k) P.insert(P.end(), {static_cast<float>(k), static_cast<float>(k % 2), 0});
+  for (int k = 0; k < 9999; ++k) vertices.insert(vertices.end(), {k, k + (k == 77 ? 0 : 1), k + 2});
+  PolygonMesh mesh{{}, {}, vertices, 3};
+  EXPECT_EQ(mesh.faceCount(), 9999u);
+  Messages messages;
+  Primitive p = primitive(mesh, P);
+  PrimVar number;
+  number.name = "number";
+  for (int k = 0; k < 9999; ++k) number.floats.push_back(static_cast<float>(k));
+  p.variables.push_back(number);
+  const auto s = makeSurface(p, messages.handler);
+  EXPECT_THAT(messages.all(), ::testing::HasSubstr("1 of 9999 polygons have no area (first: number 77)"));
+  ASSERT_EQ(s->faceCount(), 9998u);
+  EXPECT_LT(s->memory(), 9998u * 5);
+  for (const uint32_t face : {0u, 76u, 77u, 5000u}) {
+    const uint32_t polygon = face + (face >= 77);
+    EXPECT_EQ(s->uniformIndex(face), polygon);
+    float value;
+    s->interpolate(p.variables.back(), face, 0.3f, 0.3f, &value);
+    EXPECT_EQ(value, static_cast<float>(polygon));
+    V3f corner[4];
+    s->corners(face, corner);
+    EXPECT_EQ(corner[2].x, static_cast<float>(polygon + 2));
+  }
+}
+
 TEST(PolygonSurface, DegenerateInputIsReported) {
   const std::vector<float> square{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
   const auto report = [&](const PolygonMesh& mesh, std::vector<float> P, uint32_t faces) {

@@ -345,5 +345,36 @@ TEST(Detail, DrawsTheLevelOfItsSize) {
       IsEmpty());
 }
 
+TEST(Primitives, DenseMeshesKeepNoCountsThatAreEqual) {
+  const auto mesh = [](int triangles, const std::string& counts, const std::string& more) {
+    std::string text = counts.empty() ? "PointsPolygons [" : "PointsGeneralPolygons [" + counts + "] [",
+                points;
+    for (int k = 0; k < triangles; ++k) text += "3 ";
+    text += "] [";
+    for (int k = 0; k < triangles; ++k)
+      text += std::to_string(k) + ' ' + std::to_string(k + 1) + ' ' + std::to_string(k + 2) + ' ';
+    for (int k = 0; k < triangles + 2; ++k) points += std::to_string(k) + ' ' + std::to_string(k % 2) + " 0 ";
+    return text + "] \"P\" [" + points + "]" + more;
+  };
+  std::string ones;
+  for (int k = 0; k < 2000; ++k) ones += "1 ";
+  const std::string numbers = " \"uniform float number\" [" + ones + "]";
+  const Built built =
+      inWorld(mesh(2000, "", numbers) + "\n" + mesh(2000, ones, "") + "\n" + mesh(3, "1 1 1", ""));
+  EXPECT_THAT(built.messages, IsEmpty());
+  ASSERT_THAT(built.world().primitives, SizeIs(3));
+  for (size_t k = 0; k < 3; ++k) {
+    const auto& polygons = std::get<PolygonMesh>(built.world().primitives[k].shape);
+    const bool dense = k < 2;
+    EXPECT_EQ(polygons.faceCount(), dense ? 2000u : 3u);
+    EXPECT_EQ(polygons.loopsPerFace.capacity(), dense ? 0u : 3u);
+    EXPECT_EQ(polygons.vertsPerLoop.capacity(), dense ? 0u : 3u);
+    EXPECT_EQ(polygons.sides, dense ? 3 : 0);
+  }
+  EXPECT_THAT(built.world().primitives[0].variables, SizeIs(2));  // the values were counted
+  EXPECT_THAT(inWorld("PointsGeneralPolygons [] [3] [0 1 2] \"P\" [0 0 0 1 0 0 0 1 0]").messages,
+              ElementsAre(HasSubstr("polygons are left out: the counts ask for 0 loops, there are 1")));
+}
+
 }  // namespace
 }  // namespace patina
