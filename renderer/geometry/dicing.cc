@@ -3,6 +3,8 @@
 #include <array>
 
 #include "renderer/base/statistics.h"
+#include "renderer/geometry/face_groups.h"
+#include "renderer/geometry/face_order.h"
 #include "renderer/geometry/patches.h"
 
 namespace patina {
@@ -10,12 +12,17 @@ namespace {
 
 STAT_COUNTER("Geometry/patches", patchCount);
 STAT_COUNTER("Geometry/placements diced", dicedPlacements);
+STAT_COUNTER("Geometry/small faces in groups", groupedFaces);
+STAT_COUNTER("Geometry/groups of small faces", fineGroups);
+
+constexpr size_t kBlock = size_t{1} << 14;  // faces that a thread measures at a time
 
 constexpr float kOffScreenFactor = 0.25f;  // micropolygons outside the view are so much coarser (in length)
 constexpr float kForeshorteningLimit =
-    0.25f;                     // a length seen at a grazing angle counts at least so much of itself
-constexpr float kMargin = 16;  // pixels around the frame that count as seen
-constexpr int kMaxDepth = 44;  // binary splits of a face
+    0.25f;                             // a length seen at a grazing angle counts at least so much of itself
+constexpr float kMargin = 16;          // pixels around the frame that count as seen
+constexpr int kMaxDepth = 44;          // binary splits of a face
+constexpr float kLessThanOne = 0.75f;  // micropolygons along a tile that needs one value only
 
 /// Corners of a tile and the points half-way between them, in object space.
 std::array<V3f, 9> objectLattice(const DiceInput& input, uint32_t face, float u0, float v0, float du,
@@ -86,7 +93,15 @@ class PatchTable::Dicer {
       return cellsU > kTooMany || cellsV > kTooMany;
     }
   };
+  /// What is wanted for a whole face.
+  struct Wanted {
+    float cellsU, cellsV, spacing;
+    bool lessThanOne() const { return cellsU < kLessThanOne && cellsV < kLessThanOne; }
+    Tile tile() const { return {0, 0, 1, 1, cellsU, cellsV, spacing}; }
+  };
   Tile measure(uint32_t face, float u0, float v0, float du, float dv) const;
+  float micropolygonEdge(uint32_t face) const;
+  void addGroups(std::span<const Wanted> faces);
   void split(uint32_t face, const Tile& tile, uint32_t node, int depth);
   void addPatch(uint32_t face, const Tile& tile);
 
@@ -153,7 +168,7 @@ void PatchTable::Dicer::addPatch(uint32_t face, const Tile& tile) {
               roundCells(tile.cellsU),
               roundCells(tile.cellsV),
               input_.surface->faceShape(face)};
-  if (tile.cellsU < 0.75f && tile.cellsV < 0.75f) patch.cellsU = patch.cellsV = 0;
+  if (tile.cellsU < kLessThanOne && tile.cellsV < kLessThanOne) patch.cellsU = patch.cellsV = 0;
   if (patch.shape == FaceShape::Triangle) patch.spacing /= static_cast<float>(std::max<int>(patch.cellsU, 1));
   patches.push_back(patch);
 }
@@ -192,24 +207,68 @@ void PatchTable::Dicer::split(uint32_t face, const Tile& tile, uint32_t node, in
 void PatchTable::Dicer::run() {
   const uint32_t count = input_.surface->faceCount();
   limit_ += count;
-  std::vector<Tile> faces(count);
-  bool tiled = false;
-  for (uint32_t face = 0; face < count; ++face) {
-    faces[face] = measure(face, 0, 0, 1, 1);
-    tiled |= faces[face].tooLarge();
-  }
-  patches.reserve(count);
-  for (uint32_t face = 0; face < count; ++face) {
-    if (!tiled) {
-      addPatch(face, faces[face]);
-      continue;
+  std::vector<Wanted> faces(count);
+  forEachPart(count, kBlock, [&](size_t begin, size_t end) {
+    for (size_t face = begin; face < end; ++face) {
+      const Tile tile = measure(static_cast<uint32_t>(face), 0, 0, 1, 1);
+      faces[face] = {tile.cellsU, tile.cellsV, tile.spacing};
     }
-    const auto root = static_cast<uint32_t>(diced.nodes.size());
-    diced.roots.push_back(root);
-    diced.nodes.emplace_back();
-    split(face, faces[face], root, 0);
+  });
+  const auto small =
+      std::count_if(faces.begin(), faces.end(), [](const Wanted& w) { return w.lessThanOne(); });
+  const bool grouped = input_.surface->isFlat() && small > 1;
+  if (!grouped &&
+      std::none_of(faces.begin(), faces.end(), [](const Wanted& w) { return w.tile().tooLarge(); })) {
+    patches.reserve(count);
+    for (uint32_t face = 0; face < count; ++face) addPatch(face, faces[face].tile());
+    return;
   }
+  diced.roots.resize(count);
+  for (uint32_t face = 0; face < count; ++face) {
+    if (grouped && faces[face].lessThanOne()) continue;
+    const auto root = diced.roots[face] = static_cast<uint32_t>(diced.nodes.size());
+    diced.nodes.emplace_back();
+    split(face, faces[face].tile(), root, 0);
+  }
+  if (grouped) addGroups(faces);
   diced.nodes.shrink_to_fit();
+}
+
+/// Length of a micropolygon's edge near a face, world units.
+float PatchTable::Dicer::micropolygonEdge(uint32_t face) const {
+  V3f corner[4];
+  input_.surface->corners(face, corner);
+  const V3f p = transformPoint(corner[0], input_.objectToWorld);
+  const float seen = camera_.mayBeVisible(p, 0, kMargin) ? 1 : kOffScreenFactor;
+  const float pixels = seen * camera_.pixelsPerUnit(std::max(camera_.nearestDistance(p, 0), 1e-30f));
+  return std::sqrt(input_.shadingRate) / pixels;
+}
+
+/// Patches for the faces that are smaller than a micropolygon: groups of them.
+void PatchTable::Dicer::addGroups(std::span<const Wanted> faces) {
+  std::vector<uint32_t> ownOrder;
+  if (input_.order.empty()) ownOrder = mortonOrder(*input_.surface);
+  const FaceGroups groups = groupFaces(
+      *input_.surface, input_.objectToWorld, input_.order.empty() ? ownOrder : input_.order,
+      [&](uint32_t face) { return faces[face].lessThanOne(); },
+      [&](uint32_t face) { return micropolygonEdge(face); }, diced.roots);
+  diced.firstGroup = static_cast<uint32_t>(patches.size());
+  for (uint32_t face = 0; face < faces.size(); ++face)
+    if (faces[face].lessThanOne()) diced.roots[face] = (diced.roots[face] + diced.firstGroup) | Diced::kGroup;
+  size_t total = 0;
+  for (const auto& level : groups.levels) total += level.size();
+  patches.reserve(patches.size() + total);
+  diced.coarser.reserve(total);
+  for (uint8_t level = 0; level < kGroupLevels; ++level) {
+    const auto next = static_cast<uint32_t>(patches.size() + groups.levels[level].size());
+    for (const FaceGroup& g : groups.levels[level]) {
+      patches.push_back({placement_, g.face, 0, 0, 1, 1, g.spacing, 0, 0, input_.surface->faceShape(g.face),
+                         static_cast<uint8_t>(level + 1)});
+      diced.coarser.push_back(g.coarser == kNone ? kNone : next + g.coarser);
+    }
+  }
+  fineGroups += static_cast<int64_t>(groups.levels[0].size());
+  groupedFaces += std::count_if(faces.begin(), faces.end(), [](const Wanted& w) { return w.lessThanOne(); });
 }
 
 const PatchTable::Diced& PatchTable::dice(uint32_t placement) const {
@@ -225,7 +284,7 @@ const PatchTable::Diced& PatchTable::dice(uint32_t placement) const {
   ++dicedPlacements;
   patchCount += diced->count;
   memory_ += dicer.patches.size() * sizeof(Patch) + diced->nodes.capacity() * sizeof(Node) +
-             diced->roots.capacity() * sizeof(uint32_t) + sizeof(Diced);
+             (diced->roots.capacity() + diced->coarser.capacity()) * sizeof(uint32_t) + sizeof(Diced);
   diced_[placement].store(diced.get(), std::memory_order_release);
   return *diced.release();
 }

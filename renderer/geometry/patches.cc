@@ -95,7 +95,8 @@ BlockVertex Patch::blockOf(uint32_t vertex) const {
 }
 
 uint32_t PatchTable::Diced::find(uint32_t face, float u, float v) const {
-  if (nodes.empty()) return first + face;
+  if (roots.empty()) return first + face;
+  if (roots[face] & kGroup) return first + (roots[face] & ~kGroup);
   const Node* node = &nodes[roots[face]];
   // Walk down, keeping (u, v) relative to the tile at hand.
   while (node->split != Node::Split::Leaf) {

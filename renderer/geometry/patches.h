@@ -36,7 +36,8 @@ struct BlockVertex {
 };
 
 /// A tile of a face: the part u0 + [0,1] du, v0 + [0,1] dv of its domain. In a triangle du = dv, negative for
-/// the tiles that point the other way; the local domain is a triangle again.
+/// the tiles that point the other way; the local domain is a triangle again. Or a group of faces that are
+/// smaller than a micropolygon (face_groups.h): one of them, whose centre's value stands for all.
 struct Patch {
   uint32_t placement;  ///< index of the placed primitive
   uint32_t face;
@@ -44,6 +45,7 @@ struct Patch {
   float spacing;  ///< world distance of neighbouring vertices at the fine level (the larger direction)
   uint8_t cellsU, cellsV;  ///< powers of two up to 16; 0 = one value at the centre stands for the whole patch
   FaceShape shape;
+  uint8_t group = 0;  ///< 1: a group of faces; 2: of groups, 3: of groups of groups; 0 = a tile
 
   int cellsAt(Level level, int cells) const {
     return level == Level::Fine ? cells : std::min(cells, level == Level::Medium ? 4 : 1);
@@ -104,10 +106,11 @@ void Patch::forEachDiagonal(Level level, Visit visit) const {
 struct DiceInput {
   const Surface* surface;
   M44f objectToWorld;
-  float shadingRate;           ///< micropolygon area in pixels
-  float length = 0;            ///< edge of a micropolygon in units of space; 0: by the shading rate
-  bool inObjectSpace = false;  ///< of `length`
-  bool foreshorten = true;     ///< on screen lengths count as they are seen
+  float shadingRate;                     ///< micropolygon area in pixels
+  float length = 0;                      ///< edge of a micropolygon in units of space; 0: by the shading rate
+  bool inObjectSpace = false;            ///< of `length`
+  bool foreshorten = true;               ///< on screen lengths count as they are seen
+  std::span<const uint32_t> order = {};  ///< mortonOrder() of the surface's faces, if it is known already
 };
 
 /// The patches of a scene. Those of a placement are made when the first of them is asked for, and stay.
@@ -130,6 +133,12 @@ class PatchTable {
   uint32_t find(uint32_t placement, uint32_t face, float u, float v) const {
     return diced(placement).find(face, u, v);
   }
+  /// The next larger group that a group of faces is in; kNone: there is none. [any thread]
+  uint32_t coarser(uint32_t index) const {
+    const Diced& known = diced((*this)[index].placement);
+    const uint32_t next = known.coarser[index - known.first - known.firstGroup];
+    return next == kNone ? kNone : known.first + next;
+  }
   const Patch& operator[](uint32_t index) const {  ///< [any thread]
     return chunks_[index / kChunk].load(std::memory_order_acquire)[index % kChunk];
   }
@@ -146,11 +155,14 @@ class PatchTable {
     uint32_t first;  ///< of two (triangle: four) children, or the patch when `split` is Leaf
     enum class Split : uint8_t { Leaf, U, V, Triangle } split;
   };
-  /// A placement that is diced. Patches count from `first`; without nodes, patch f is all of face f.
+  /// A placement that is diced. Patches count from `first`; without roots, patch f is all of face f.
   struct Diced {
+    static constexpr uint32_t kGroup = 0x80000000u;
     uint32_t first = 0, count = 0;
-    std::vector<uint32_t> roots;  ///< node of each face
+    std::vector<uint32_t> roots;  ///< node of each face; with kGroup: the group that the face is in, a patch
     std::vector<Node> nodes;
+    uint32_t firstGroup = 0;        ///< groups are the last patches, the finest first
+    std::vector<uint32_t> coarser;  ///< by group: the patch that coarser() gives, or kNone
     uint32_t find(uint32_t face, float u, float v) const;
   };
   class Dicer;

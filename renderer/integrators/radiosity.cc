@@ -76,6 +76,10 @@ class RadiosityIntegrator final : public Integrator {
     std::vector<Rgb> values;
     std::vector<VertexWeights> around;
     std::vector<uint32_t> byHit;  // points that are shaded at the hit
+    // Groups of small faces and their sides: the point that is shaded there and the chance that chose it; and
+    // the points that share its value.
+    std::unordered_map<uint64_t, std::pair<uint64_t, uint32_t>> met;
+    std::vector<std::pair<uint32_t, uint64_t>> groupOf;
     std::vector<RadiosityEngine::Request> requests;
   };
   void step(Wave& wave) const;
@@ -224,6 +228,11 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   wave.radiosity.assign(n, Rgb(0, 0, 0));
   wave.around.resize(n);
   wave.known.clear(), wave.separated.clear(), wave.vertices.clear(), wave.byHit.clear();
+  wave.met.clear(), wave.groupOf.clear();
+  const auto seedOf = [&](uint32_t i) {
+    const Walk& walk = wave.walks[wave.active[i]];
+    return hashOf(walk.seed(kPoint), walk.sample);
+  };
   for (uint32_t i = 0; i < n; ++i) {
     const ShadingPoint& p = wave.points[i];
     const ShaderInstance& shader = world_.shading().shaderOf(p.placement);
@@ -235,6 +244,17 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
         patch.spacing >
             4 * std::max(p.footprint, 1e-30f) * std::sqrt(world_.attributesOf(p.placement).shadingRate)) {
       wave.byHit.push_back(i);
+      continue;
+    }
+    // What is seen of a group of small faces is not what it is on average: the hollows of a rough surface
+    // hide, and slopes count by how they are turned. Of the points that this wave meets, one by chance stands
+    // for the others.
+    if (patch.group > 0) {
+      const uint64_t key = uint64_t{index} << 1 | uint64_t{p.front};
+      const uint64_t chance = seedOf(i);
+      const auto [found, isNew] = wave.met.try_emplace(key, chance, i);
+      if (chance < found->second.first) found->second = {chance, i};
+      wave.groupOf.emplace_back(i, key);
       continue;
     }
     const V2f local = patch.toLocal(p.u, p.v);
@@ -260,13 +280,12 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   for (size_t i = 0; i < n; ++i)
     for (int k = 0; k < wave.around[i].count; ++k)
       wave.radiosity[i] += wave.values[wave.around[i].index[k]] * wave.around[i].weight[k];
+  for (const auto& [i, key] : wave.groupOf)
+    if (wave.met.at(key).second == i) wave.byHit.push_back(i);
   if (wave.byHit.empty()) return;
 
   wave.requests.clear();
-  for (const uint32_t i : wave.byHit) {
-    const Walk& walk = wave.walks[wave.active[i]];
-    wave.requests.push_back({wave.points[i], hashOf(walk.seed(kPoint), walk.sample)});
-  }
+  for (const uint32_t i : wave.byHit) wave.requests.push_back({wave.points[i], seedOf(i)});
   wave.values.resize(wave.requests.size());
   constexpr size_t kBatch = 512;
   for (size_t first = 0; first < wave.requests.size(); first += kBatch) {
@@ -275,6 +294,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
                   std::span(wave.values).subspan(first, count));
   }
   for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];
+  for (const auto& [i, key] : wave.groupOf) wave.radiosity[i] = wave.radiosity[wave.met.at(key).second];
 }
 
 /// Direct light by way of lobes: delta lights all, of the others one per point.

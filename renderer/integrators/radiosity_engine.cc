@@ -289,8 +289,9 @@ void RadiosityEngine::fill(uint32_t index, bool front, Level level, int depth, i
   }
   w.fillRadiance.resize(w.fillRequests.size());
   vertexPoints += static_cast<int64_t>(w.fillRequests.size());
-  if (!w.fillRequests.empty())
-    shadeNested(w.fillRequests, depth, Purpose::Vertex, w.fillRadiance, nesting + 1);
+  // The finest groups of faces are like fine vertices: many are met, and each of them seldom.
+  const Purpose purpose = patch.group == 1 ? Purpose::FineVertex : Purpose::Vertex;
+  if (!w.fillRequests.empty()) shadeNested(w.fillRequests, depth, purpose, w.fillRadiance, nesting + 1);
   for (uint32_t k = 0, made = 0; k < count; ++k)
     if (codes[k] != PackedRgb::kMissing) codes[k] = PackedRgb::pack(w.fillRadiance[made++]);
 }
@@ -333,13 +334,21 @@ bool RadiosityEngine::cachedRadiance(const Hit& hit, float footprint, int depth,
                                      Rgb& out) const {
   if (!cache_ || depth > kCachedDepths) return false;
   const PatchTable& patches = world_.geometry().patches();
-  const uint32_t index = patches.find(hit.placement, hit.face, hit.u, hit.v);
-  const Patch& patch = patches[index];
+  uint32_t index = patches.find(hit.placement, hit.face, hit.u, hit.v);
   if (world_.shading().shaderOf(hit.placement).has(PATINA_TRAIT_NOT_CACHEABLE)) return false;
   // The coarsest level whose vertices lie as close as the ray is wide, and closer than the ray is long.
   Level level = Level::Coarse;
   const float widest = std::min(footprint * settings_.levelScale, hit.t);
+  // Groups of faces have one value each: their levels are the groups that they are in.
+  if (patches[index].group > 0)
+    for (uint32_t next = patches.coarser(index); next != kNone && patches[next].spacing <= widest;
+         next = patches.coarser(index))
+      index = next;
+  const Patch& patch = patches[index];
   if (patch.spacing > widest) return false;
+  // The finest groups are so many that a ray seldom finds one that another has made: they pay only where
+  // their values save further bounces.
+  if (patch.group == 1 && depth >= world_.attributesOf(hit.placement).maxDiffuseDepth) return false;
   while (patch.spacingAt(level) > widest) level = static_cast<Level>(static_cast<int>(level) + 1);
   const V2f local = patch.toLocal(hit.u, hit.v);
   const CacheKey key{index, hit.front, static_cast<uint8_t>(depth)};
