@@ -54,6 +54,7 @@ struct UnitTracer final : Tessellation::Tracer {
   EmbreeScene scene;
   UnitTracer(RTCDevice device, const Geometry& geometry, uint32_t unit, uint32_t firstInstance)
       : scene(device, geometry, RTC_BUILD_QUALITY_MEDIUM, firstInstance,
+              !geometry.units()[unit].faces.empty(),
               geometry.units()[unit].solid == kNone ? nullptr : collectCrossings) {}
 };
 
@@ -170,8 +171,8 @@ std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t first, uint32_t e
     const TracedSurface& traced = geometry->traced()[k];
     if (traced.unit == kNone)
       scene->addFlat(k);
-    else if (traced.member == 0)
-      list.units.push_back(traced.unit);  // all members are of one group
+    else if (traced.member == 0)  // all members are of one group
+      for (uint32_t c = 0; c < std::max(traced.chunks, 1u); ++c) list.units.push_back(traced.unit + c);
   }
   scene->attach();
   if (list.units.empty()) return scene;
@@ -198,11 +199,12 @@ std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
     made = geometry->tessellate(unit);
     auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, firstInstanceId);
     const std::vector<uint32_t>& members = geometry->units()[unit].members;
+    const std::span<const uint32_t> faces = geometry->units()[unit].faces;
     for (size_t m = 0; m < members.size(); ++m) {
       if (made->members[m].rates)
         tracer->scene.addFacets(members[m], made->members[m], *made);
       else
-        tracer->scene.addFlat(members[m]);
+        tracer->scene.addFlat(members[m], faces);
     }
     tracer->scene.attach();
     rtcCommitScene(tracer->scene.scene());

@@ -2,16 +2,55 @@
 // Surfaces as Embree geometries.
 #include "renderer/accel/embree_scene.h"
 
+#include <bit>
+
 namespace patina {
+namespace {
+
+/// Where the points of a surface are among an Embree geometry's vertices: an open hash table.
+class VertexMap {
+ public:
+  /// For the points of so many faces.
+  explicit VertexMap(size_t faces) : slots_(faces ? std::bit_ceil(2 * faces) : 0) {}
+  /// The vertex of a point; `next` if the point is new, and then that is its vertex.
+  uint32_t find(uint32_t point, uint32_t next) {
+    if (2 * used_ >= slots_.size()) grow();
+    Slot& slot = slotOf(point);
+    if (slot.vertex == kNone) slot = {point, next}, ++used_;
+    return slot.vertex;
+  }
+
+ private:
+  struct Slot {
+    uint32_t point = kNone, vertex = kNone;
+  };
+  Slot& slotOf(uint32_t point) {
+    constexpr uint32_t kGoldenRatio = 2654435769;  // multiplicative hashing (Knuth, vol. 3, section 6.4)
+    size_t k = (point * kGoldenRatio >> 7) & (slots_.size() - 1);
+    while (slots_[k].vertex != kNone && slots_[k].point != point) k = (k + 1) & (slots_.size() - 1);
+    return slots_[k];
+  }
+  void grow() {
+    std::vector<Slot> old(std::max<size_t>(64, 2 * slots_.size()));
+    old.swap(slots_);
+    for (const Slot& slot : old)
+      if (slot.vertex != kNone) slotOf(slot.point) = slot;
+  }
+
+  std::vector<Slot> slots_;
+  size_t used_ = 0;
+};
+
+}  // namespace
 
 EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
-                         uint32_t firstInstance, RTCFilterFunctionN everyHit)
+                         uint32_t firstInstance, bool compact, RTCFilterFunctionN everyHit)
     : device_(device),
       geometry_(geometry),
       firstInstance_(firstInstance),
       everyHit_(everyHit),
       scene_(rtcNewScene(device)) {
-  rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(scene_, compact ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene_, quality);
 }
 
@@ -29,22 +68,38 @@ EmbreeScene::Part& EmbreeScene::part(uint32_t traced, Kind kind) {
   return *part;
 }
 
-void EmbreeScene::addFlat(uint32_t traced) {
+void EmbreeScene::addFlat(uint32_t traced, std::span<const uint32_t> faces) {
   const Surface& surface = geometry_.surface(traced);
   const M44f& toMesh = geometry_.traced()[traced].toMesh;
-  for (uint32_t face = 0; face < surface.faceCount(); ++face) {
-    const bool quad = surface.faceShape(face) == FaceShape::Quad;
-    Part& to = part(traced, quad ? Kind::Quads : Kind::Triangles);
+  const PointView points = surface.sharedPoints();
+  const auto count = static_cast<uint32_t>(faces.empty() ? surface.faceCount() : faces.size());
+  const auto faceAt = [&](uint32_t k) { return faces.empty() ? k : faces[k]; };
+  const auto isQuad = [&](uint32_t k) { return surface.faceShape(faceAt(k)) == FaceShape::Quad; };
+  const auto partOf = [&](bool quad) { return &part(traced, quad ? Kind::Quads : Kind::Triangles); };
+  Part* parts[2] = {};
+  VertexMap known[2] = {VertexMap(points.size() > 0 ? count : 0), VertexMap(0)};
+  bool alike = !faces.empty();
+  for (uint32_t k = 1; k < count && alike; ++k) alike = isQuad(k) == isQuad(0);
+  for (uint32_t k = 0; k < count; ++k) {
+    const bool quad = isQuad(k);
+    Part*& to = parts[quad];
+    if (!to) to = partOf(quad);
     V3f c[4];
-    surface.corners(face, c);
-    const auto base = static_cast<uint32_t>(to.vertices.size());
-    for (int i = 0; i < (quad ? 4 : 3); ++i) to.vertices.push_back(transformPoint(c[i], toMesh));
+    uint32_t at[4], index[4];
+    surface.corners(faceAt(k), c);
+    if (points.size() > 0) surface.cornerPoints(faceAt(k), at);
+    for (int i = 0; i < (quad ? 4 : 3); ++i) {
+      const auto next = static_cast<uint32_t>(to->vertices.size());
+      index[i] = points.size() > 0 ? known[quad].find(at[i], next) : next;
+      if (index[i] == next) to->vertices.push_back(transformPoint(c[i], toMesh));
+    }
     if (quad)
-      to.indices.insert(to.indices.end(), {base, base + 1, base + 3, base + 2});
+      to->indices.insert(to->indices.end(), {index[0], index[1], index[3], index[2]});
     else
-      to.indices.insert(to.indices.end(), {base, base + 1, base + 2});
-    to.owners.push_back({traced, face});
+      to->indices.insert(to->indices.end(), {index[0], index[1], index[2]});
+    if (!alike) to->owners.push_back({traced, faceAt(k)});
   }
+  if (alike && count > 0) parts[isQuad(0)]->traced = traced, parts[isQuad(0)]->faces = faces;
 }
 
 void EmbreeScene::addFacets(uint32_t traced, const Tessellation::Member& member,
@@ -67,7 +122,7 @@ void EmbreeScene::addFacets(uint32_t traced, const Tessellation::Member& member,
 }
 
 FaceOwner EmbreeScene::ownerOf(const Part& part, uint32_t primitive, float& u, float& v) {
-  FaceOwner owner = part.owners[primitive];
+  FaceOwner owner = part.owner(primitive);
   if (primitive >= part.rates.size() || !part.rates[primitive]) return owner;
   const SurfaceRates& rates = *part.rates[primitive];
   const uint32_t face = rates.faceOf(owner.face);
@@ -96,7 +151,7 @@ void EmbreeScene::attach() {
       std::copy(part->vertices.begin(), part->vertices.end(), vertices);
       auto* indices = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
           shape, RTC_BUFFER_TYPE_INDEX, 0, quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3,
-          sizeof(uint32_t) * (quads ? 4 : 3), part->owners.size()));
+          sizeof(uint32_t) * (quads ? 4 : 3), part->indices.size() / (quads ? 4 : 3)));
       std::copy(part->indices.begin(), part->indices.end(), indices);
     }
     part->vertices = {}, part->indices = {}, part->grids = {};

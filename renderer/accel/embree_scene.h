@@ -23,15 +23,17 @@ struct FaceOwner {
 class EmbreeScene {
  public:
   /// `firstInstance`: Embree's number of the first of Geometry::instances() that rays may come by.
+  /// `compact`: triangles stay indices, which takes half the memory and somewhat more time per ray.
   /// `everyHit`: a filter that is called with every hit of all surfaces, whoever sees them; its user data is
   /// this scene.
   EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality, uint32_t firstInstance,
-              RTCFilterFunctionN everyHit = nullptr);
+              bool compact = false, RTCFilterFunctionN everyHit = nullptr);
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
-  void addFlat(uint32_t traced);
+  /// All faces of a surface, or those that `faces` names, which must outlive the scene.
+  void addFlat(uint32_t traced, std::span<const uint32_t> faces = {});
   /// The facets of a member of a tessellation, which must outlive the scene.
   void addFacets(uint32_t traced, const Tessellation::Member& member, const Tessellation& tessellation);
   /// Makes the geometries of what was added. Once.
@@ -46,9 +48,7 @@ class EmbreeScene {
   }
   uint32_t geometries() const { return static_cast<uint32_t>(parts_.size()); }
   /// Of flat faces.
-  const FaceOwner& owner(uint32_t geometry, uint32_t primitive) const {
-    return parts_[geometry]->owners[primitive];
-  }
+  FaceOwner owner(uint32_t geometry, uint32_t primitive) const { return parts_[geometry]->owner(primitive); }
   /// The face that was met; `u` and `v` become those of the face.
   FaceOwner ownerOf(uint32_t geometry, uint32_t primitive, float& u, float& v) const {
     return ownerOf(*parts_[geometry], primitive, u, v);
@@ -66,6 +66,8 @@ class EmbreeScene {
   struct Part {
     const EmbreeScene* scene = nullptr;
     bool oneSided = false, hasHoles = false;
+    uint32_t traced = kNone;  ///< not kNone: primitive k is face faces[k] of it, and there are no owners
+    std::span<const uint32_t> faces;
     std::vector<FaceOwner> owners;  ///< by Embree primitive
     std::vector<V3f> vertices;      ///< of flat faces, until they are attached
     std::vector<uint32_t> indices;
@@ -73,6 +75,9 @@ class EmbreeScene {
     std::span<const V3f> shared;  ///< of grids
     std::vector<const SurfaceRates*>
         rates;  ///< of grids: by Embree primitive, null where tiles are whole quads
+    FaceOwner owner(uint32_t primitive) const {
+      return traced == kNone ? owners[primitive] : FaceOwner{traced, faces[primitive]};
+    }
   };
   Part& part(uint32_t traced, Kind kind);
   static FaceOwner ownerOf(const Part& part, uint32_t primitive, float& u, float& v);

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "renderer/base/statistics.h"
+#include "renderer/geometry/face_order.h"
 #include "renderer/geometry/primvar.h"
 
 namespace patina {
@@ -17,9 +18,14 @@ STAT_COUNTER("Geometry/surfaces made", surfaceCount);
 STAT_COUNTER("Geometry/faces", faceCount);
 STAT_COUNTER("Geometry/facets of curved surfaces", facetCount);
 STAT_COUNTER("Geometry/instances", instanceCount);
+STAT_COUNTER("Geometry/chunks of dense meshes", chunkCount);
 
 /// Faces of a flat surface that is traced from the beginning: nothing would be saved.
 constexpr uint32_t kFewFaces = 64;
+
+/// Faces in a unit of a dense mesh: few enough that one is made in some ten milliseconds and is small against
+/// any budget, many enough that rays meet few bounds. Meshes of at least kDenseFaces are dense.
+constexpr size_t kChunkFaces = size_t{1} << 16, kDenseFaces = 2 * kChunkFaces;
 
 bool invertible(const M44d& m) {
   const double d = m.determinant();
@@ -58,7 +64,7 @@ Box3f meshBound(const Primitive& primitive) {
   Box3f box;
   const auto* polygons = std::get_if<PolygonMesh>(&primitive.shape);
   const auto* subdivision = std::get_if<SubdivisionMesh>(&primitive.shape);
-  if (!subdivision && (!polygons || polygons->vertsPerLoop.size() <= kFewFaces)) return box;
+  if (!subdivision && (!polygons || polygons->loopCount() <= kFewFaces)) return box;
   if (const auto points = findPoints(primitive))
     for (size_t k = 0; k < points->size(); ++k)
       if (const V3f p = (*points)[k]; usable(p)) box.extendBy(p);
@@ -98,7 +104,7 @@ float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCa
                   std::optional<float> shadingRate) {
   float faces = 0;
   if (const auto* polygons = std::get_if<PolygonMesh>(&primitive.shape)) {
-    faces = static_cast<float>(polygons->vertsPerLoop.size());
+    faces = static_cast<float>(polygons->loopCount());
     if (!shadingRate) return faces;
   }
   const float radius = world.size().length() / 2;
@@ -270,8 +276,14 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
   patches_ = std::make_unique<PatchTable>(camera_, placements_.size(), [this](uint32_t placement) {
     const Placement& p = placements_[placement];
     const Attributes& a = attributes(p);
-    return DiceInput{&surface(p),  p.objectToWorld,     a.shadingRate,
-                     a.diceLength, a.diceInObjectSpace, a.foreshorten};
+    const auto order = faceOrders_.find(p.traced);
+    return DiceInput{&surface(p),
+                     p.objectToWorld,
+                     a.shadingRate,
+                     a.diceLength,
+                     a.diceInObjectSpace,
+                     a.foreshorten,
+                     order == faceOrders_.end() ? std::span<const uint32_t>() : order->second};
   });
 }
 
@@ -294,10 +306,17 @@ void Geometry::makeUnits() {
   Box3f all;
   for (const TracedSurface& traced : traced_) all.extendBy(boundInMesh(traced));
   std::vector<Key> keys;
+  std::vector<uint32_t> dense;
   for (uint32_t k = 0; k < traced_.size(); ++k) {
     const TracedSurface& traced = traced_[k];
     if (traced.solid != kNone) continue;
     if (!traced.isDisplaced && made_[k] && made_[k]->isFlat() && made_[k]->faceCount() <= kFewFaces) continue;
+    const auto* polygons = std::get_if<PolygonMesh>(&traced.primitive->shape);
+    if (!traced.isDisplaced && polygons && polygons->loopCount() >= kDenseFaces &&
+        surface(k).faceCount() >= kDenseFaces) {
+      dense.push_back(k);
+      continue;
+    }
     const Attributes* own = attributes(traced);
     keys.push_back({traced.group, own ? own->visibility : uint32_t{kAnyRay}, own && own->oneSided,
                     mortonCode(transformed(traced.bound, traced.toMesh).center(), all), k});
@@ -336,8 +355,28 @@ void Geometry::makeUnits() {
     traced.member = static_cast<uint32_t>(unit.members.size());
     unit.members.push_back(k);
   }
+  for (const uint32_t k : dense) makeChunks(k);
   tessellations_ = std::make_unique<TessellationCache>(
       units_.size(), static_cast<size_t>(std::max(scene_.options.geometryCacheKb, 0)) * 1024);
+}
+
+void Geometry::makeChunks(uint32_t k) {
+  TracedSurface& traced = traced_[k];
+  const std::vector<uint32_t>& order = faceOrders_[k] = mortonOrder(surface(k));
+  const std::vector<Box3f> bounds = boundsOfParts(surface(k), order, kChunkFaces);
+  const Attributes* own = attributes(traced);
+  traced.unit = static_cast<uint32_t>(units_.size());
+  traced.chunks = static_cast<uint32_t>(bounds.size());
+  for (size_t c = 0; c < bounds.size(); ++c) {
+    const size_t first = c * kChunkFaces;
+    units_.push_back({{k},
+                      padded(transformed(padded(bounds[c]), traced.toMesh)),
+                      own ? own->visibility : uint32_t{kAnyRay},
+                      own && own->oneSided,
+                      std::span(order).subspan(first, std::min(kChunkFaces, order.size() - first))});
+  }
+  chunkCount += traced.chunks;
+  orderBytes_ += order.capacity() * sizeof(uint32_t);
 }
 
 std::vector<M44f> Geometry::placesOf(uint32_t traced) const {
@@ -413,6 +452,7 @@ std::unique_ptr<Tessellation> Geometry::leaveOut(uint32_t index, std::string_vie
 void Geometry::reportMemory() const {
   constexpr double kMegabyte = 1048576;
   setStatistic("Memory/surfaces MB", static_cast<double>(surfaceBytes_) / kMegabyte);
+  setStatistic("Memory/face orders MB", static_cast<double>(orderBytes_) / kMegabyte);
   setStatistic("Memory/patches MB", static_cast<double>(patches_->memory()) / kMegabyte);
   setStatistic("Memory/tessellations, most MB", static_cast<double>(tessellations_->peak()) / kMegabyte);
   setStatistic("Memory/tessellations, budget MB", static_cast<double>(tessellations_->budget()) / kMegabyte);

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -34,16 +35,19 @@ struct TracedSurface {
   uint32_t solid = kNone;  ///< index of Geometry::solids()
   uint32_t leaf = 0;       ///< node of the solid that it bounds
   float leafSign = 1;      ///< -1: the cross product of a facet's edges in mesh space points into that leaf
+  uint32_t chunks = 0;     ///< > 0: a dense mesh, whose faces are in so many units from `unit` on
 };
 
 /// Surfaces near each other, of one group, that are made, tessellated and given a structure for rays
-/// together, when the first ray meets their bound; or all surfaces of a solid.
+/// together, when the first ray meets their bound; or all surfaces of a solid. A dense mesh is cut into units of
+/// its own, which hold some of its faces each.
 struct SurfaceUnit {
   std::vector<uint32_t> members;  ///< indices of Geometry::traced()
   Box3f bound;                    ///< mesh space
   uint32_t visibility;            ///< RayMask of all members; of a solid: of any of them
   bool oneSided;                  ///< all members are; of a solid: not known
   uint32_t solid = kNone;         ///< index of Geometry::solids()
+  std::span<const uint32_t> faces = {};  ///< of the only member that are here; empty = all
 };
 
 /// A primitive at its place in the world; instances of an object have one for each primitive of it.
@@ -170,6 +174,7 @@ class Geometry {
   /// Finds out about solids, whose traced surfaces begin at `first` and are the last so far. Those that are
   /// no part of a result go, and with them their entries in `toWorld`, which may be null.
   void makeSolids(const std::vector<Solid>& solids, uint32_t first, std::vector<M44d>* toWorld);
+  void makeChunks(uint32_t traced);
   std::vector<M44f> placesOf(uint32_t traced) const;
   const Surface& makeSurface(uint32_t traced) const;
   const SurfaceRates& rates(uint32_t traced) const;
@@ -191,6 +196,7 @@ class Geometry {
   mutable std::array<std::mutex, kMutexes> surfaceMutex_;           ///< by traced surface
   mutable std::atomic<size_t> surfaceBytes_ = 0;
   mutable std::atomic<bool> facetsLimited_ = false;
+  size_t orderBytes_ = 0;
   std::vector<Placement> placements_;
   std::vector<std::vector<uint32_t>> instancesOf_;  ///< by object: indices of instances_
   std::vector<PlacedInstance> instances_;
@@ -198,6 +204,7 @@ class Geometry {
   std::vector<std::pair<uint32_t, uint32_t>> groups_;
   std::vector<SurfaceUnit> units_;
   std::vector<SolidTree> solids_;
+  std::map<uint32_t, std::vector<uint32_t>> faceOrders_;  ///< mortonOrder() of dense meshes by traced surface
   std::unique_ptr<TessellationCache> tessellations_;
   std::unique_ptr<PatchTable> patches_;
   Box3f bound_;
