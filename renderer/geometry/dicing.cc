@@ -100,6 +100,7 @@ class PatchTable::Dicer {
     Tile tile() const { return {0, 0, 1, 1, cellsU, cellsV, spacing}; }
   };
   Tile measure(uint32_t face, float u0, float v0, float du, float dv) const;
+  Wanted want(uint32_t face) const;
   float micropolygonEdge(uint32_t face) const;
   void addGroups(std::span<const Wanted> faces);
   void split(uint32_t face, const Tile& tile, uint32_t node, int depth);
@@ -210,8 +211,7 @@ void PatchTable::Dicer::run() {
   std::vector<Wanted> faces(count);
   forEachPart(count, kBlock, [&](size_t begin, size_t end) {
     for (size_t face = begin; face < end; ++face) {
-      const Tile tile = measure(static_cast<uint32_t>(face), 0, 0, 1, 1);
-      faces[face] = {tile.cellsU, tile.cellsV, tile.spacing};
+      faces[face] = want(static_cast<uint32_t>(face));
     }
   });
   const auto small =
@@ -232,6 +232,24 @@ void PatchTable::Dicer::run() {
   }
   if (grouped) addGroups(faces);
   diced.nodes.shrink_to_fit();
+}
+
+PatchTable::Dicer::Wanted PatchTable::Dicer::want(uint32_t face) const {
+  if (input_.surface->isFlat() && input_.surface->faceShape(face) == FaceShape::Triangle) {
+    // What is much smaller than a micropolygon needs no closer look. Off the axis of a wide view lengths are
+    // stretched by 1 over the cosine squared: four times at 60 degrees.
+    V3f p[4];
+    input_.surface->corners(face, p);
+    for (int k = 0; k < 3; ++k) p[k] = transformPoint(p[k], input_.objectToWorld);
+    const float longest =
+        std::sqrt(std::max({(p[1] - p[0]).length2(), (p[2] - p[0]).length2(), (p[2] - p[1]).length2()}));
+    const float distance = camera_.nearestDistance(p[0], longest);
+    if (distance > 0 &&
+        4 * longest * camera_.pixelsPerUnit(distance) < kLessThanOne * std::sqrt(input_.shadingRate))
+      return {0, 0, longest};
+  }
+  const Tile tile = measure(face, 0, 0, 1, 1);
+  return {tile.cellsU, tile.cellsV, tile.spacing};
 }
 
 /// Length of a micropolygon's edge near a face, world units.
