@@ -27,6 +27,9 @@ constexpr uint32_t kFewFaces = 64;
 /// any budget, many enough that rays meet few bounds. Meshes of at least kDenseFaces are dense.
 constexpr size_t kChunkFaces = size_t{1} << 16, kDenseFaces = 2 * kChunkFaces;
 
+/// Units that are made so often again, on average, cost more time than memory would.
+constexpr size_t kManyMakings = 4;
+
 bool invertible(const M44d& m) {
   const double d = m.determinant();
   return std::isfinite(d) && d != 0;
@@ -463,6 +466,14 @@ void Geometry::reportMemory() const {
   if (patches_->limited())
     errors_.report(Severity::Warning, RiError::LimitCheck, {},
                    "too many micropolygons: some patches stay coarser than ShadingRate asks");
+  if (tessellations_->madeAgain() > kManyMakings * units_.size())
+    errors_.report(
+        Severity::Warning, RiError::LimitCheck, {},
+        fmt::format(
+            "geocachememory ({:.1f} MB) is too small for what rays meet at once: {} units of geometry "
+            "were made {} times again; {:.1f} MB would hold all of them",
+            static_cast<double>(tessellations_->budget()) / kMegabyte, units_.size(),
+            tessellations_->madeAgain(), static_cast<double>(tessellations_->bytesOfAll()) / kMegabyte));
   if (tessellations_->peak() > tessellations_->budget() + tessellations_->budget() / 20)
     errors_.report(
         Severity::Warning, RiError::LimitCheck, {},

@@ -96,6 +96,12 @@ void TessellationCache::setMaker(Make make, Measure measure) {
   measure_ = std::move(measure);
 }
 
+size_t TessellationCache::bytesOfAll() const {
+  size_t sum = 0;
+  for (const Unit& unit : units_) sum += unit.bytes;
+  return sum;
+}
+
 void TessellationCache::load(uint32_t index) const {
   Unit& unit = units_[index];
   const std::scoped_lock lock(unit.mutex);
@@ -110,7 +116,9 @@ void TessellationCache::load(uint32_t index) const {
   size_t peak = peak_;
   for (const size_t now = used(); now > peak && !peak_.compare_exchange_weak(peak, now);) {
   }
-  ++(unit.made.exchange(true) ? unitsMadeAgain : unitsMade);
+  const bool again = unit.made.exchange(true);
+  ++(again ? unitsMadeAgain : unitsMade);
+  madeAgain_ += again;
   unit.lastMet = ++clock_;
   unit.resident.store(made.release());
   {

@@ -106,7 +106,9 @@ class TessellationCache {
 
   size_t units() const { return units_.size(); }
   size_t budget() const { return budget_; }
-  size_t peak() const { return peak_; }  ///< most bytes in use whenever a making ended
+  size_t peak() const { return peak_; }            ///< most bytes in use whenever a making ended
+  size_t madeAgain() const { return madeAgain_; }  ///< how often units were made that had been dropped
+  size_t bytesOfAll() const;                       ///< that all units that were ever made would take [main]
 
  private:
   friend class Epochs;
@@ -134,7 +136,7 @@ class TessellationCache {
   mutable std::mutex evictMutex_;
   mutable std::vector<uint32_t> resident_;   ///< units; guarded by evictMutex_
   mutable std::atomic<uint32_t> clock_ = 1;  ///< counts makings
-  mutable std::atomic<size_t> bytes_ = 0, peak_ = 0;
+  mutable std::atomic<size_t> bytes_ = 0, peak_ = 0, madeAgain_ = 0;
 };
 
 }  // namespace patina

@@ -91,7 +91,9 @@ def main():
         faces[:, 1] = np.where(faces[:, 2] == faces[0, 0], faces[:, 0], faces[:, 1])
     with open(options.out, "wb") as out:
         if not options.mesh_only:
-            out.write(HEAD.encode())
+            # What a triangle takes while it is traced, and some room.
+            room = f'Option "limits" "int geocachememory" [{max(262144, len(faces) * 64 // 1024)}]\n'
+            out.write(HEAD.replace("WorldBegin", room + "WorldBegin").encode())
         general = options.request == "general"
         out.write(b"PointsGeneralPolygons " if general else b"PointsPolygons ")
         if general:
