@@ -376,6 +376,7 @@ void Geometry::makeChunks(uint32_t k) {
                       padded(transformed(padded(bounds[c]), traced.toMesh)),
                       own ? own->visibility : uint32_t{kAnyRay},
                       own && own->oneSided,
+                      kNone,
                       std::span(order).subspan(first, std::min(kChunkFaces, order.size() - first))});
   }
   chunkCount += traced.chunks;

@@ -39,14 +39,14 @@ struct TracedSurface {
 };
 
 /// Surfaces near each other, of one group, that are made, tessellated and given a structure for rays
-/// together, when the first ray meets their bound; or all surfaces of a solid. A dense mesh is cut into units of
-/// its own, which hold some of its faces each.
+/// together, when the first ray meets their bound; or all surfaces of a solid. A dense mesh is cut into units
+/// of its own, which hold some of its faces each.
 struct SurfaceUnit {
-  std::vector<uint32_t> members;  ///< indices of Geometry::traced()
-  Box3f bound;                    ///< mesh space
-  uint32_t visibility;            ///< RayMask of all members; of a solid: of any of them
-  bool oneSided;                  ///< all members are; of a solid: not known
-  uint32_t solid = kNone;         ///< index of Geometry::solids()
+  std::vector<uint32_t> members;         ///< indices of Geometry::traced()
+  Box3f bound;                           ///< mesh space
+  uint32_t visibility;                   ///< RayMask of all members; of a solid: of any of them
+  bool oneSided;                         ///< all members are; of a solid: not known
+  uint32_t solid = kNone;                ///< index of Geometry::solids()
   std::span<const uint32_t> faces = {};  ///< of the only member that are here; empty = all
 };
 
