@@ -63,6 +63,9 @@ class RibHandler {
  public:
   virtual ~RibHandler() = default;
 
+  // Asked before each request is carried out. False: it is passed over, as if it did not stand there.
+  virtual bool wants(std::string_view request, const Location& at) { return true; }
+
   // A request that the handler does not override.
   virtual void unhandled(std::string_view request, const Location& at) {}
 

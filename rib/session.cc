@@ -175,6 +175,7 @@ void ParseSession::carryOut() {
   if (!request_) return;
   // A request without arguments is carried out whatever stands behind it: the nesting depends on it.
   if (failed_ && !request_->usage.empty() && name_ != "IfBegin" && name_ != "ElseIf") return;
+  if (!parser_.handler_.wants(request_->name, at_)) return;
   Arguments arguments(*this);
   request_->call(arguments);
 }

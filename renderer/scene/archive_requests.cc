@@ -40,7 +40,6 @@ void SceneBuilder::procedural(std::string_view kind, Strings args, const Bounds6
   const bool program = kind == "RunProgram";
   if ((kind != "DelayedReadArchive" && !program) || args.empty())
     return unhandled(fmt::format("Procedural \"{}\"", kind), at);
-  if (laterMotionSample()) return;
   if (program && !settings_.allowPrograms)
     return countNotice(
         "Procedural \"RunProgram\" is left out: programs are started with --allow-programs only", at);
@@ -58,7 +57,6 @@ void SceneBuilder::procedural2(std::string_view kind, std::string_view, const Pa
   const std::string_view file = params.stringValue("filename", "");
   if (kind != "DelayedReadArchive2" || file.empty())
     return unhandled(fmt::format("Procedural2 \"{}\"", kind), at);
-  if (laterMotionSample()) return;
   inOwnScope(at, [&] { readArchiveFile(file, at); });
 }
 

@@ -79,7 +79,6 @@ uint32_t SceneBuilder::storeAttributes() {
 }
 
 void SceneBuilder::color(Floats values, const Location& at) {
-  if (laterMotionSample()) return;
   const auto rgb = rgbOf(values);
   if (!rgb)
     return error(RiError::BadColor, at, fmt::format("Color has {} values, expected 3", values.size()),
@@ -88,7 +87,6 @@ void SceneBuilder::color(Floats values, const Location& at) {
 }
 
 void SceneBuilder::opacity(Floats values, const Location& at) {
-  if (laterMotionSample()) return;
   const auto rgb = rgbOf(values);
   if (!rgb)
     return error(RiError::BadColor, at, fmt::format("Opacity has {} values, expected 3", values.size()),
@@ -101,7 +99,6 @@ void SceneBuilder::textureCoordinates(const std::array<float, 8>& st, const Loca
 }
 
 void SceneBuilder::shadingRate(float size, const Location& at) {
-  if (laterMotionSample()) return;
   if (!(size > 0))
     return error(RiError::Range, at, fmt::format("ShadingRate {} is not positive", size), "shading rate");
   changeAttributes().shadingRate = std::max(size, 1e-4f);
@@ -176,7 +173,6 @@ void SceneBuilder::geometricRepresentation(std::string_view type, const Location
 // ---- Attribute --------------------------------------------------------------------------------------------
 
 void SceneBuilder::attribute(std::string_view name, const ParamList& params, const Location& at) {
-  if (laterMotionSample()) return;
   setUserValues("attribute", name, params);
   if (name == "identifier") {
     if (const Param* id = params.find("name"); id && !id->strings.empty())
@@ -188,15 +184,17 @@ void SceneBuilder::attribute(std::string_view name, const ParamList& params, con
     };
     attributes.maxDiffuseDepth = depth("maxdiffusedepth", attributes.maxDiffuseDepth);
     attributes.maxSpecularDepth = depth("maxspeculardepth", attributes.maxSpecularDepth);
+    attributes.sampleMotion = truth(params, "samplemotion", attributes.sampleMotion);
     // Rays begin as near to a surface as rounding lets them: there is no bias to be set.
-    for (const std::string_view token : {"bias", "autobias", "displacements", "samplemotion",
-                                         "maxspecularsamples", "maxdiffusesamples", "decimationrate"}) {
+    for (const std::string_view token :
+         {"bias", "autobias", "displacements", "maxspecularsamples", "maxdiffusesamples", "decimationrate"}) {
       params.find(token);
     }
     for (const std::string_view token : {"intersectpriority", "holdout"})
       if (params.find(token)) noEffect("Attribute", name, token, at);
-    params.reportUnread(errors_, "Attribute \"trace\"",
-                        std::array<std::string_view, 2>{"maxdiffusedepth", "maxspeculardepth"});
+    params.reportUnread(
+        errors_, "Attribute \"trace\"",
+        std::array<std::string_view, 3>{"maxdiffusedepth", "maxspeculardepth", "samplemotion"});
   } else if (name == "visibility") {
     visibilityAttribute(params, at);
   } else if (name == "light") {

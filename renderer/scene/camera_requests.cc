@@ -63,6 +63,7 @@ void SceneBuilder::projection(std::string_view name, const ParamList& params, co
   if (state_.ctm != M44d()) {
     warning(RiError::Unimplemented, at, "transformations before Projection (in screen space) are ignored");
     state_.ctm = M44d();
+    state_.moving = {};
   }
   static constexpr std::string_view kKnown[] = {"fov"};
   if (name == "perspective" || name == "PxrPerspective" || name == "PxrCamera") {
@@ -135,6 +136,7 @@ void SceneBuilder::shutter(float open, float close, const Location& at) {
   }
   camera_.shutterOpen = open;
   camera_.shutterClose = close;
+  if (state_.moving.outer) state_.ctm = state_.moving.at(static_cast<double>(open));
 }
 
 }  // namespace patina

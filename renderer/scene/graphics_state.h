@@ -24,7 +24,8 @@ struct GraphicsState {
   Attributes attributes;
   uint32_t stored = kNone;  ///< index of these attributes in Scene::attributes; kNone: they changed since
   bool touched = true;      ///< an attribute was set since ObjectBegin
-  M44d ctm;  ///< to world inside a world block, to the object inside an object, to camera elsewhere
+  M44d ctm;         ///< to world inside a world block, to the object inside an object, to camera elsewhere
+  Movement moving;  ///< of ctm, which is that of the shutter's opening; still for the most part
 
   /// The current orientation differs from the handedness of the current coordinate system. A transformation
   /// with a negative determinant flips both (RI 3.2, Orientation), so only orientation requests change this.

@@ -174,7 +174,6 @@ void SceneBuilder::pattern(std::string_view name, Handle handle, const ParamList
 }
 
 void SceneBuilder::bxdf(std::string_view name, Handle, const ParamList& params, const Location& at) {
-  if (laterMotionSample()) return;
   const Material m = name == "PxrDisney" || name == "PxrDisneyBsdf" ? disneyMaterial(params)
                      : name == "PxrSurface"                         ? surfaceMaterial(params)
                                                                     : materialByName(name, params);
@@ -239,7 +238,6 @@ Rgb SceneBuilder::modernLightColor(std::string_view name, const ParamList& param
 }
 
 void SceneBuilder::light(std::string_view name, Handle handle, const ParamList& params, const Location& at) {
-  if (laterMotionSample()) return;
   const auto lightsOfWorld = [&](uint32_t index) {
     // Lights of this dialect shine on all that follows, whatever block they stand in.
     if (!inWorld()) return;
@@ -320,13 +318,14 @@ void SceneBuilder::modernAreaLight(std::string_view name, Handle handle, const P
 void SceneBuilder::lightShape(std::string_view shape, const Location& at) {
   if (!mayDraw(at)) return;
   const bool inside = std::exchange(state_.inside, false);
-  const M44d ctm = state_.ctm;
+  const M44d ctm = state_.ctm, inner = state_.moving.inner;
   if (shape == "disklight") {
     addQuadric(Quadric::Kind::Disk, {0, 0.5f}, 360, ParamList(), at);
   } else if (shape == "spherelight") {
     addQuadric(Quadric::Kind::Sphere, {0.5f, -0.5f, 0.5f}, 360, ParamList(), at);
   } else if (shape == "cylinderlight") {  // along x
-    state_.ctm = M44d(0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1) * ctm;
+    const M44d alongX(0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1);
+    state_.ctm = alongX * ctm, state_.moving.inner = alongX * inner;
     addQuadric(Quadric::Kind::Cylinder, {0.5f, -0.5f, 0.5f}, 360, ParamList(), at);
   } else {
     static constexpr float kCorners[] = {-0.5f, -0.5f, 0, 0.5f, -0.5f, 0, -0.5f, 0.5f, 0, 0.5f, 0.5f, 0};
@@ -339,7 +338,7 @@ void SceneBuilder::lightShape(std::string_view shape, const Location& at) {
     mesh.basisU = state_.basisU, mesh.basisV = state_.basisV;
     addPrimitive(std::move(mesh), ParamList(std::span(&points, 1)), at);
   }
-  state_.ctm = ctm;
+  state_.ctm = ctm, state_.moving.inner = inner;
   state_.inside = inside;
 }
 
@@ -381,7 +380,7 @@ void SceneBuilder::resource(Handle handle, std::string_view type, const ParamLis
     return error(RiError::BadHandle, at, fmt::format("Resource: nothing is saved as \"{}\"", handle.text));
   const GraphicsState& saved = found->second;
   if (subset == "transform") {
-    state_.ctm = saved.ctm;
+    state_.ctm = saved.ctm, state_.moving = saved.moving;
   } else if (subset == "shading") {
     Attributes& attributes = changeAttributes();
     attributes.color = saved.attributes.color, attributes.opacity = saved.attributes.opacity;

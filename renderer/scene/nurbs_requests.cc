@@ -70,7 +70,6 @@ void SceneBuilder::nuPatch(int nu, int uOrder, Floats uKnots, float uMin, float 
 // RI 3.2: an attribute, like Basis; without loops, patches are whole again.
 void SceneBuilder::trimCurve(Ints curvesPerLoop, Ints orders, Floats knots, Floats mins, Floats maxs,
                              Ints counts, Floats u, Floats v, Floats w, const Location& at) {
-  if (laterMotionSample()) return;
   const auto refuse = [&](RiError code, const std::string& why) {
     error(code, at, "TrimCurve is left out: " + why, fmt::format("TrimCurve {}", name(code)));
   };

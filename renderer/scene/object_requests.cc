@@ -19,6 +19,7 @@ void SceneBuilder::objectBegin(Handle handle, const ParamList& params, const Loc
   // The object's own space starts here; instances bring their place, orientation and attributes.
   objectBase_ = state_.ctm;
   state_.ctm = M44d();
+  state_.moving = {};
   state_.inside = false;
   state_.touched = false;
   state_.solid = {};
@@ -53,6 +54,7 @@ void SceneBuilder::objectInstance(Handle handle, const ParamList& params, const 
   if (dark) changeAttributes().areaLight = light;
   instance.reversed = state_.inside;
   instance.where = at;
+  if (state_.moving.outer) instance.motion = std::make_shared<Movement>(state_.moving);
   scene_.instances.push_back(std::move(instance));
 }
 

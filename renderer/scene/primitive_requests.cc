@@ -77,7 +77,6 @@ M44f toMatrix44f(const RibMatrix& values) { return M44f(toMatrix(values)); }
 // ---- Into the scene ---------------------------------------------------------------------------------------
 
 bool SceneBuilder::mayDraw(const Location& at) {
-  if (laterMotionSample()) return false;
   if (!inWorld() && !inObject()) {
     errors_.reportOnce(Severity::Error, RiError::IllState, at, "outside of world",
                        "primitives outside of WorldBegin and ObjectBegin are ignored");
@@ -103,6 +102,10 @@ void SceneBuilder::addPrimitive(Shape shape, const ParamList& params, const Loca
                    "projective");
     }
     primitive.objectToWorld = M44d();
+  } else if (state_.moving.outer) {
+    auto motion = std::make_shared<PrimitiveMotion>();
+    motion->place = state_.moving;
+    primitive.motion = std::move(motion);
   }
   primitive.shape = std::move(shape);
   primitive.variables = std::move(*variables);
@@ -110,6 +113,7 @@ void SceneBuilder::addPrimitive(Shape shape, const ParamList& params, const Loca
   primitive.reversed = state_.inside;
   primitive.where = at;
   if (state_.solid.solid != kNone) placeInSolid(primitive, requestName(primitive.shape));
+  if (takesMotionKeys()) return addMotionKey(std::move(primitive), at);
   primitives().push_back(std::move(primitive));
 }
 

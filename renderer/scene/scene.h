@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/scene/motion.h"
 #include "rib/error.h"
 #include "rib/params.h"
 
@@ -71,6 +72,7 @@ struct Attributes {
   bool oneSided = false;          ///< Sides 1: only the outside is met by rays
   bool smoothShading = false;     ///< ShadingInterpolation "smooth"
   bool castsShadows = true;       ///< Attribute "render" "casts_shadows", "visibility" "transmission"
+  bool sampleMotion = false;      ///< Attribute "trace" "samplemotion": all rays see it blurred
   uint32_t visibility = kAnyRay;  ///< RayMask bits
   int maxDiffuseDepth = 1;
   int maxSpecularDepth = 2;
@@ -211,6 +213,19 @@ struct Blobby {
 using Shape = std::variant<PolygonMesh, Quadric, ParametricMesh, SubdivisionMesh, CurveSet, NurbsPatch,
                            PointSet, Blobby>;
 
+/// What of a primitive changes its shape, at one time of a motion block.
+struct ShapeKey {
+  double time;                     ///< as in MotionKey
+  std::vector<float> dimensions;   ///< of a Quadric: values and thetaMax; else none
+  std::vector<PrimVar> variables;  ///< those that may change: P, Pw, N, width, constantwidth
+};
+
+/// Where a primitive that moves is, and what it looks like.
+struct PrimitiveMotion {
+  Movement place;                ///< primitive space to the world, or to the object's space
+  std::vector<ShapeKey> shapes;  ///< ascending times; empty: the shape keeps
+};
+
 struct Primitive {
   Shape shape;
   std::vector<PrimVar> variables;  ///< "P" among them where the shape has vertices (Pw and Pz are converted)
@@ -220,6 +235,9 @@ struct Primitive {
   Location where;
   uint32_t solid = kNone;  ///< index of the solids of its scene or object
   uint32_t operand = 0;    ///< the node of that solid which it bounds, a Primitive
+  /// Of primitives that stood in a motion block or under a moving transformation: all else here is as it is
+  /// at the opening of the shutter. Null: it stands still.
+  std::shared_ptr<const PrimitiveMotion> motion;
 };
 
 /// SolidBegin ... SolidEnd (RI 3.2 section 5.7): set operations on what closed surfaces enclose, as a tree.
@@ -250,6 +268,7 @@ struct Instance {
   uint32_t attributes = kNone;
   bool reversed = false;  ///< RI's orientation disagreed with the handedness at the ObjectInstance
   Location where;
+  std::shared_ptr<const Movement> motion;  ///< of objectToWorld, which is that of the opening; null: none
 };
 
 struct Light {
@@ -275,7 +294,8 @@ struct Camera {
   std::vector<ClippingPlane> clippingPlanes;        ///< camera space
   M44d worldToCamera;                               ///< left-handed camera space looking down +z
   float fStop = std::numeric_limits<float>::infinity(), focalLength = 1, focalDistance = 1;
-  float shutterOpen = 0, shutterClose = 0;
+  float shutterOpen = 0, shutterClose = 0;  ///< nothing moves unless the first is less
+  std::shared_ptr<const Movement> motion;   ///< of worldToCamera, which is that of the opening; null: none
 };
 
 struct DisplayRequest {

@@ -4,8 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
 #include "renderer/scene/camera.h"
 #include "renderer/scene/matrices.h"
+#include "renderer/scene/motion_block.h"
+#include "renderer/scene/shape_motion.h"
 
 namespace patina {
 namespace {
@@ -131,7 +135,7 @@ bool SceneBuilder::open(BlockKind kind, const Location& at) {
   }
   blocks_.push(kind, at);
   if (kind == BlockKind::Transform) {
-    savedTransforms_.push_back(state_.ctm);
+    savedTransforms_.emplace_back(state_.ctm, state_.moving);
   } else if (kind != BlockKind::Motion && kind != BlockKind::Resource) {
     savedStates_.push_back(state_);
   }
@@ -169,11 +173,11 @@ void SceneBuilder::closeTop(const Location&) {
   blocks_.pop();
   switch (kind) {
     case BlockKind::Transform:
-      state_.ctm = savedTransforms_.back();
+      std::tie(state_.ctm, state_.moving) = std::move(savedTransforms_.back());
       savedTransforms_.pop_back();
       break;
     case BlockKind::Motion:
-      motionSample_ = 0;
+      endMotion();
       break;
     case BlockKind::Resource:
       break;
@@ -254,6 +258,7 @@ void SceneBuilder::worldBegin(const Location& at) {
 
   // World space is what is current now; what was placed before, relative to the camera, gets its place in it.
   camera_.worldToCamera = state_.ctm;
+  camera_.motion = state_.moving.outer ? std::make_shared<Movement>(state_.moving) : nullptr;
   const M44d cameraToWorld = inverted(state_.ctm).value_or(M44d());
   for (ShaderBinding& shader : scene_.shaders) shader.shaderToWorld *= cameraToWorld;
   for (auto& [system, toWorld] : scene_.coordinateSystems) toWorld *= cameraToWorld;
@@ -261,6 +266,7 @@ void SceneBuilder::worldBegin(const Location& at) {
   scene_.coordinateSystems["world"] = M44d();
   shadersByHash_.clear();
   state_.ctm = M44d();
+  state_.moving = {};
   scene_.camera = camera_;
   scene_.options = options_;
   resolveFrame(scene_.options, scene_.camera);
@@ -275,25 +281,9 @@ void SceneBuilder::endWorld() {
   scene_.camera = camera_;
   scene_.camera.worldToCamera = worldToCamera;
   resolveFrame(scene_.options, scene_.camera);
+  settleMotion(scene_);
   reportNotices();
   if (!errors_.aborted() && onWorld_) onWorld_(scene_);
 }
-
-// ---- Motion -----------------------------------------------------------------------------------------------
-
-void SceneBuilder::motionBegin(Floats times, const Location& at) {
-  if (blocks_.isOpen(BlockKind::Motion)) return error(RiError::Nesting, at, "MotionBegin inside MotionBegin");
-  for (size_t i = 1; i < times.size(); ++i) {
-    if (!(times[i] >= times[i - 1])) {
-      error(RiError::BadMotion, at, "MotionBegin: times must not fall", "motion times");
-      break;
-    }
-  }
-  countNotice("MotionBegin: things stand where they are at the first of its times", at);
-  motionSample_ = 0;
-  open(BlockKind::Motion, at);
-}
-
-bool SceneBuilder::laterMotionSample() { return blocks_.isOpen(BlockKind::Motion) && motionSample_++ > 0; }
 
 }  // namespace patina

@@ -76,7 +76,7 @@ class SceneBuilder final : public RibHandler {
   void solidBegin(std::string_view operation, const Location& at) override;
   void solidEnd(const Location& at) override { close(BlockKind::Solid, at); }
   void motionBegin(Floats times, const Location& at) override;
-  void motionEnd(const Location& at) override { close(BlockKind::Motion, at); }
+  void motionEnd(const Location& at) override;
   void resourceBegin(const Location& at) override { open(BlockKind::Resource, at); }
   void resourceEnd(const Location& at) override { close(BlockKind::Resource, at); }
 
@@ -231,8 +231,21 @@ class SceneBuilder final : public RibHandler {
   void finish();
   bool inWorld() const { return blocks_.isOpen(BlockKind::World); }
   bool inObject() const { return blocks_.isOpen(BlockKind::Object); }
-  /// True in a motion block behind the first sample: Patina takes the first one only.
-  bool laterMotionSample();
+
+  // Motion blocks (motion_requests.cc)
+  struct MotionBlock;
+  /// A transformation in a motion block; `turn` where the request was Rotate.
+  struct TransformKey {
+    M44d matrix;
+    std::optional<Turn> turn;
+  };
+  bool wants(std::string_view request, const Location& at) override;
+  /// Whether transformations and primitives are keys of the open motion block.
+  bool takesMotionKeys() const;
+  void addMotionKey(const TransformKey& key, bool absolute);
+  void addMotionKey(Primitive primitive, const Location& at);
+  void endMotion();
+  void endTransforms(const MotionBlock& block, bool complete);
 
   // State
   Attributes& changeAttributes();
@@ -241,7 +254,7 @@ class SceneBuilder final : public RibHandler {
   uint32_t addLight(std::string_view name, Handle handle, bool isArea, const ParamList& params,
                     const Location& at);
   bool setTransform(const M44d& ctm, const Location& at);
-  bool concat(const M44d& matrix, const Location& at) { return setTransform(matrix * state_.ctm, at); }
+  bool concat(const M44d& matrix, const Location& at, const std::optional<Turn>& turn = {});
   std::optional<M44d> namedTransform(std::string_view name) const;
   void setUserValues(std::string_view kind, std::string_view name, const ParamList& params);
   std::optional<bool> evaluate(std::string_view condition, const Location& at);
@@ -292,12 +305,12 @@ class SceneBuilder final : public RibHandler {
   BlockStack blocks_;
   size_t blocksTooDeep_ = 0;
   std::vector<GraphicsState> savedStates_;  // of Attribute, Solid, Object, World and Frame blocks
-  std::vector<M44d> savedTransforms_;       // of Transform blocks
+  std::vector<std::pair<M44d, Movement>> savedTransforms_;  // of Transform blocks
   std::vector<std::unique_ptr<FrameStart>> frames_;
   std::unique_ptr<WorldStart> world_;
-  size_t firstWorldState_ = 0;  // of savedStates_: those before were saved outside of the world
-  size_t motionSample_ = 0;
-  M44d objectBase_;  // where the open object was begun
+  size_t firstWorldState_ = 0;           // of savedStates_: those before were saved outside of the world
+  std::unique_ptr<MotionBlock> motion_;  // the open motion block
+  M44d objectBase_;                      // where the open object was begun
 
   std::unordered_map<std::string, uint32_t> lightHandles_, objectHandles_;
   std::unordered_multimap<size_t, uint32_t> shadersByHash_, attributesByHash_;

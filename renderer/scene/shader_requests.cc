@@ -88,14 +88,12 @@ uint32_t SceneBuilder::addShader(std::string_view name, const ParamList& params,
 }
 
 void SceneBuilder::surface(std::string_view name, const ParamList& params, const Location& at) {
-  if (laterMotionSample()) return;
   const uint32_t shader = addShader(name, params, at);
   changeAttributes().surface = shader;
   state_.bxdfColor.reset();
 }
 
 void SceneBuilder::displacement(std::string_view name, const ParamList& params, const Location& at) {
-  if (laterMotionSample()) return;
   const bool none = name.empty() || name == "null";
   const uint32_t shader = none ? kNone : addShader(name, params, at);
   changeAttributes().displacement = shader;
@@ -133,12 +131,11 @@ uint32_t SceneBuilder::addLight(std::string_view name, Handle handle, bool isAre
 
 void SceneBuilder::lightSource(std::string_view name, Handle handle, const ParamList& params,
                                const Location& at) {
-  if (!laterMotionSample()) addLight(name, handle, false, params, at);
+  addLight(name, handle, false, params, at);
 }
 
 void SceneBuilder::areaLightSource(std::string_view name, Handle handle, const ParamList& params,
                                    const Location& at) {
-  if (laterMotionSample()) return;
   const bool none = name.empty() || name == "null" || name == "none";
   if (name.starts_with("PxrStd")) return modernAreaLight(name, handle, params, at);
   const uint32_t light = none ? kNone : addLight(name, handle, true, params, at);

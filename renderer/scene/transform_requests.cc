@@ -13,24 +13,34 @@ bool SceneBuilder::setTransform(const M44d& ctm, const Location& at) {
     error(RiError::Math, at, "the current transformation would be singular: request ignored", "singular");
     return false;
   }
+  if (takesMotionKeys()) return addMotionKey({ctm, std::nullopt}, true), true;
   state_.ctm = ctm;
+  state_.moving = {};
   return true;
 }
 
-void SceneBuilder::identity(const Location&) {
-  if (!laterMotionSample()) state_.ctm = M44d();
+bool SceneBuilder::concat(const M44d& matrix, const Location& at, const std::optional<Turn>& turn) {
+  if (!inverted(matrix * state_.ctm) || (motion_ && !inverted(matrix))) {
+    error(RiError::Math, at, "the current transformation would be singular: request ignored", "singular");
+    return false;
+  }
+  if (takesMotionKeys()) return addMotionKey({matrix, turn}, false), true;
+  state_.ctm = matrix * state_.ctm;
+  if (state_.moving.outer) state_.moving.inner = matrix * state_.moving.inner;
+  return true;
 }
 
+void SceneBuilder::identity(const Location& at) { setTransform(M44d(), at); }
+
 void SceneBuilder::transform(const RibMatrix& matrix, const Location& at) {
-  if (!laterMotionSample()) setTransform(toMatrix(matrix), at);
+  setTransform(toMatrix(matrix), at);
 }
 
 void SceneBuilder::concatTransform(const RibMatrix& matrix, const Location& at) {
-  if (!laterMotionSample()) concat(toMatrix(matrix), at);
+  concat(toMatrix(matrix), at);
 }
 
 void SceneBuilder::perspective(float fieldOfView, const Location& at) {
-  if (laterMotionSample()) return;
   if (!(fieldOfView > 0 && fieldOfView < 180)) {
     return error(RiError::Range, at, fmt::format("Perspective {}: expected 0 to 180 degrees", fieldOfView));
   }
@@ -39,18 +49,16 @@ void SceneBuilder::perspective(float fieldOfView, const Location& at) {
 }
 
 void SceneBuilder::translate(float x, float y, float z, const Location& at) {
-  if (!laterMotionSample()) concat(translation(x, y, z), at);
+  concat(translation(x, y, z), at);
 }
 
 void SceneBuilder::rotate(float angle, float x, float y, float z, const Location& at) {
-  if (laterMotionSample()) return;
   if (x == 0 && y == 0 && z == 0)
     return error(RiError::Math, at, "Rotate about an axis of no length", "rotate axis");
-  concat(rotation(angle, V3d(x, y, z)), at);
+  concat(rotation(angle, V3d(x, y, z)), at, Turn{0, angle, V3d(x, y, z)});
 }
 
 void SceneBuilder::scale(float x, float y, float z, const Location& at) {
-  if (laterMotionSample()) return;
   if (x == 0 || y == 0 || z == 0) {
     return error(RiError::Math, at, fmt::format("Scale {} {} {}: no factor may be 0", x, y, z), "scale 0");
   }
@@ -58,7 +66,6 @@ void SceneBuilder::scale(float x, float y, float z, const Location& at) {
 }
 
 void SceneBuilder::skew(float angle, const std::array<float, 6>& d, const Location& at) {
-  if (laterMotionSample()) return;
   const auto matrix = patina::skew(angle, V3d(d[0], d[1], d[2]), V3d(d[3], d[4], d[5]));
   if (!matrix) {
     return error(RiError::Math, at,
@@ -68,7 +75,7 @@ void SceneBuilder::skew(float angle, const std::array<float, 6>& d, const Locati
 }
 
 void SceneBuilder::coordinateSystem(std::string_view name, const Location&) {
-  if (!laterMotionSample()) scene_.coordinateSystems[std::string(name)] = state_.ctm * objectBase_;
+  scene_.coordinateSystems[std::string(name)] = state_.ctm * objectBase_;
 }
 
 void SceneBuilder::scopedCoordinateSystem(std::string_view name, const Location& at) {
@@ -89,7 +96,6 @@ std::optional<M44d> SceneBuilder::namedTransform(std::string_view name) const {
 }
 
 void SceneBuilder::coordSysTransform(std::string_view name, const Location& at) {
-  if (laterMotionSample()) return;
   const std::optional<M44d> system = namedTransform(name);
   if (!system) {
     return error(RiError::BadToken, at,
