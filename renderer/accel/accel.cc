@@ -4,8 +4,10 @@
 // stand there as user geometry that is made when a ray meets its bound (lazy geometry in Embree's words).
 #include "renderer/accel/accel.h"
 
+#include <array>
 #include <atomic>
 #include <deque>
+#include <map>
 #include <stdexcept>
 
 #include "renderer/accel/embree_scene.h"
@@ -19,6 +21,8 @@ STAT_COUNTER("Rays/camera", cameraRays);
 STAT_COUNTER("Rays/diffuse", diffuseRays);
 STAT_COUNTER("Rays/specular", specularRays);
 STAT_COUNTER("Rays/transmission", transmissionRays);
+STAT_COUNTER("Rays/with a time", timedRays);
+STAT_COUNTER("Motion/Embree geometries with time steps", timedGeometries);
 
 void count(uint32_t mask, int64_t n) {
   switch (mask) {
@@ -42,7 +46,7 @@ RTCRayHit toEmbree(const Ray& ray) {
   r.ray.org_x = ray.origin.x, r.ray.org_y = ray.origin.y, r.ray.org_z = ray.origin.z;
   r.ray.dir_x = ray.direction.x, r.ray.dir_y = ray.direction.y, r.ray.dir_z = ray.direction.z;
   r.ray.tnear = ray.tNear, r.ray.tfar = ray.tFar;
-  r.ray.time = 0, r.ray.mask = ray.mask, r.ray.id = 0, r.ray.flags = 0;
+  r.ray.time = ray.time, r.ray.mask = ray.mask, r.ray.id = 0, r.ray.flags = 0;
   r.hit.geomID = r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   return r;
 }
@@ -52,10 +56,11 @@ constexpr uint32_t kFirstTraced = 0x40000000;
 
 struct UnitTracer final : Tessellation::Tracer {
   EmbreeScene scene;
-  UnitTracer(RTCDevice device, const Geometry& geometry, uint32_t unit, uint32_t firstInstance)
-      : scene(device, geometry, RTC_BUILD_QUALITY_MEDIUM, firstInstance,
-              !geometry.units()[unit].faces.empty(),
-              geometry.units()[unit].solid == kNone ? nullptr : collectCrossings) {}
+  UnitTracer(RTCDevice device, const Geometry& geometry, uint32_t unit, const InstanceNumbers& instances)
+      : scene(device, geometry, RTC_BUILD_QUALITY_MEDIUM, instances,
+              {.segments = geometry.units()[unit].segments,
+               .compact = !geometry.units()[unit].faces.empty(),
+               .everyHit = geometry.units()[unit].solid == kNone ? nullptr : collectCrossings}) {}
 };
 
 const EmbreeScene& sceneOf(const Tessellation& tessellation) {
@@ -69,22 +74,43 @@ struct Context {
   explicit Context(TessellationCache::Reader* r) : reader(r) { rtcInitIntersectContext(&embree); }
 };
 
+/// Steps of a movement, in the terms of Embree: translation * rotation * scale and skew, for columns.
+void setSteps(RTCGeometry shape, const std::vector<TransformParts>& steps) {
+  rtcSetGeometryTimeStepCount(shape, static_cast<unsigned>(steps.size()));
+  for (size_t k = 0; k < steps.size(); ++k) {
+    const Imath::M33f s(steps[k].stretch);
+    const Imath::Quatf q(steps[k].rotation);
+    const V3f t(steps[k].translation);
+    RTCQuaternionDecomposition parts;
+    rtcInitQuaternionDecomposition(&parts);
+    rtcQuaternionDecompositionSetScale(&parts, s[0][0], s[1][1], s[2][2]);
+    rtcQuaternionDecompositionSetSkew(&parts, s[1][0], s[2][0], s[2][1]);
+    rtcQuaternionDecompositionSetQuaternion(&parts, q.r, q.v.x, q.v.y, q.v.z);
+    rtcQuaternionDecompositionSetTranslation(&parts, t.x, t.y, t.z);
+    rtcSetGeometryTransformQuaternion(shape, static_cast<unsigned>(k), &parts);
+  }
+}
+
 /// The units of one group: the primitives of a user geometry.
 struct UnitList {
   const Geometry* geometry = nullptr;
   std::vector<uint32_t> units;
+  uint32_t segments = 0;    ///< time segments of all of them
+  uint32_t mask = kAnyRay;  ///< the rays that meet them here
+  bool frozen = false;      ///< units that move, as they are at the opening of the shutter
 };
 
 void boundUnit(const RTCBoundsFunctionArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
-  const Box3f& box = list.geometry->units()[list.units[args->primID]].bound;
+  const SurfaceUnit& unit = list.geometry->units()[list.units[args->primID]];
+  const Box3f& box = list.segments > 0 ? unit.stepBounds[args->timeStep] : unit.bound;
   *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
 }
 
 void intersectUnit(const RTCIntersectFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility,
+  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask,
                  solid = list.geometry->units()[unit].solid;
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
@@ -92,6 +118,7 @@ void intersectUnit(const RTCIntersectFunctionNArguments* args) {
     RTCRayHit ray = rtcGetRayHitFromRayHitN(args->rayhit, args->N, k);
     const EmbreeScene& scene = sceneOf(reinterpret_cast<Context*>(args->context)->reader->get(unit));
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    if (list.frozen) ray.ray.time = 0;
     FaceOwner owner;
     if (solid == kNone) {
       rtcIntersect1(scene.scene(), args->context, &ray);
@@ -110,13 +137,14 @@ void intersectUnit(const RTCIntersectFunctionNArguments* args) {
 void occludeUnit(const RTCOccludedFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility,
+  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask,
                  solid = list.geometry->units()[unit].solid;
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
     RTCRay ray = rtcGetRayFromRayN(args->ray, args->N, k);
     if ((ray.mask & visibility) == 0) continue;
     const Tessellation& met = reinterpret_cast<Context*>(args->context)->reader->get(unit);
+    if (list.frozen) ray.time = 0;
     if (solid == kNone)
       rtcOccluded1(sceneOf(met).scene(), args->context, &ray);
     else
@@ -135,21 +163,25 @@ struct Accel::Scenes {
   std::unique_ptr<EmbreeScene> world;
   std::vector<std::unique_ptr<EmbreeScene>> objects;
   std::deque<UnitList> lists;
-  uint32_t firstInstanceId = 0;
+  std::vector<RTCGeometry> movingShapes;  ///< by Geometry::movements(); null = rays that move do not see it
+  InstanceNumbers instanceNumbers;
   bool hasUnits = false;
 
   ~Scenes() {
     if (geometry) geometry->tessellations().clear();  // their tracers are of unitDevice
     world.reset();
     objects.clear();
+    for (RTCGeometry shape : movingShapes)
+      if (shape) rtcReleaseGeometry(shape);
     if (unitDevice) rtcReleaseDevice(unitDevice);
     if (device) rtcReleaseDevice(device);
   }
   /// `normal` is Embree's: in mesh space, the cross product of a facet's first two edges.
   Hit toHit(float t, float u, float v, uint32_t geomId, uint32_t primId, uint32_t instId, const V3f& normal,
-            const V3f& direction) const {
+            const Ray& ray) const {
     if (geomId == RTC_INVALID_GEOMETRY_ID) return {};
-    const uint32_t instance = instId == RTC_INVALID_GEOMETRY_ID ? kNone : instId - firstInstanceId;
+    const uint32_t instance = instanceNumbers.indexOf(instId);
+    const bool isTwin = instance != kNone && instId != instanceNumbers.first + instance;
     const PlacedInstance* placed = instance == kNone ? nullptr : &geometry->instances()[instance];
     const FaceOwner owner = geomId >= kFirstTraced
                                 ? FaceOwner{geomId - kFirstTraced, primId}
@@ -157,38 +189,139 @@ struct Accel::Scenes {
     const uint32_t index =
         placed ? placed->firstPlacement + owner.traced - geometry->groupRange(placed->object).first
                : owner.traced;
-    const V3f inWorld = placed ? transformNormal(normal, placed->worldToMesh) : normal;
-    return {t, index, owner.face, u, v, inWorld.dot(direction) * geometry->placements()[index].meshSign <= 0};
+    V3f inWorld = placed ? transformNormal(normal, placed->worldToMesh) : normal;
+    const Placement& placement = geometry->placements()[index];
+    if (!placement.moves)
+      return {t, index, owner.face, u, v, inWorld.dot(ray.direction) * placement.meshSign <= 0};
+    if (placed && placed->movement != kNone && !isTwin && ray.time > 0)
+      inWorld = transformNormal(normal, worldToMesh(placed->movement, ray.time));
+    return {t,
+            index,
+            owner.face,
+            u,
+            v,
+            inWorld.dot(ray.direction) * placement.meshSign <= 0,
+            beyond(t, inWorld, ray, placed)};
+  }
+  /// Of an instance that moves, as Embree has it.
+  M44f worldToMesh(uint32_t movement, float time) const {
+    M44f toWorld;
+    rtcGetGeometryTransform(movingShapes[movement], time, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                            toWorld.getValue());
+    return toWorld.inverse();
+  }
+  /// Behind the surface that was met at t by the error of the plane there and that of the new origin: see
+  /// Geometry::facet.
+  static float beyond(float t, const V3f& normal, const Ray& ray, const PlacedInstance* placed) {
+    float magnitude = maxAbsComponent(ray.origin) + t * maxAbsComponent(ray.direction);
+    if (placed)
+      magnitude +=
+          maxAbsComponent({placed->meshToWorld[3][0], placed->meshToWorld[3][1], placed->meshToWorld[3][2]});
+    const float length = ray.direction.length();
+    const float cosine = std::abs(normalizedOr(normal, V3f(0, 0, 0)).dot(ray.direction)) / length;
+    return t + roundingBound(64) * magnitude / (length * std::max(cosine, 1.0f / 64));
   }
   std::unique_ptr<EmbreeScene> makeGroup(uint32_t first, uint32_t end);
+  void attachUnits(EmbreeScene& scene, UnitList list);
+  void attachInstances();
   std::unique_ptr<Tessellation> tessellate(uint32_t unit) const;
 };
 
 std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t first, uint32_t end) {
-  auto scene = std::make_unique<EmbreeScene>(device, *geometry, RTC_BUILD_QUALITY_MEDIUM, firstInstanceId);
+  auto scene = std::make_unique<EmbreeScene>(device, *geometry, RTC_BUILD_QUALITY_MEDIUM, instanceNumbers);
   UnitList list{geometry, {}};
+  std::vector<uint32_t> moving;
   for (uint32_t k = first; k < end; ++k) {
     const TracedSurface& traced = geometry->traced()[k];
     if (traced.unit == kNone)
       scene->addFlat(k);
     else if (traced.member == 0)  // all members are of one group
-      for (uint32_t c = 0; c < std::max(traced.chunks, 1u); ++c) list.units.push_back(traced.unit + c);
+      for (uint32_t c = 0; c < std::max(traced.chunks, 1u); ++c)
+        (traced.segments > 0 ? moving : list.units).push_back(traced.unit + c);
   }
   scene->attach();
-  if (list.units.empty()) return scene;
+  attachUnits(*scene, std::move(list));
+  // Units that move: with their motion for the camera's rays, as they are at the opening for others.
+  std::map<uint32_t, std::array<UnitList, 3>> bySegments;
+  for (const uint32_t unit : moving) {
+    const SurfaceUnit& u = geometry->units()[unit];
+    std::array<UnitList, 3>& to = bySegments[u.segments];
+    if (u.sampleMotion) {
+      to[0].units.push_back(unit);
+      continue;
+    }
+    if (u.visibility & kCameraRay) to[1].units.push_back(unit);
+    if (u.visibility & ~uint32_t{kCameraRay}) to[2].units.push_back(unit);
+  }
+  for (auto& [segments, byRays] : bySegments)
+    for (size_t k = 0; k < byRays.size(); ++k) {
+      static constexpr uint32_t kMasks[] = {kAnyRay, kCameraRay, kAnyRay & ~kCameraRay};
+      UnitList& units = byRays[k];
+      units.geometry = geometry, units.mask = kMasks[k], units.frozen = k == 2;
+      units.segments = k == 2 ? 0 : segments;
+      attachUnits(*scene, std::move(units));
+    }
+  return scene;
+}
+
+void Accel::Scenes::attachUnits(EmbreeScene& scene, UnitList list) {
+  if (list.units.empty()) return;
   hasUnits = true;
   lists.push_back(std::move(list));
   RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(shape, static_cast<unsigned>(lists.back().units.size()));
   rtcSetGeometryUserData(shape, &lists.back());
+  if (lists.back().segments > 0) {
+    rtcSetGeometryTimeStepCount(shape, lists.back().segments + 1);
+    ++timedGeometries;
+  }
   rtcSetGeometryBoundsFunction(shape, boundUnit, nullptr);
   rtcSetGeometryIntersectFunction(shape, intersectUnit);
   rtcSetGeometryOccludedFunction(shape, occludeUnit);
   rtcSetGeometryMask(shape, kAnyRay);
   rtcCommitGeometry(shape);
-  rtcAttachGeometry(scene->scene(), shape);
+  rtcAttachGeometry(scene.scene(), shape);
   rtcReleaseGeometry(shape);
-  return scene;
+}
+
+void Accel::Scenes::attachInstances() {
+  const auto attach = [&](const PlacedInstance& instance, uint32_t mask, uint32_t id, const auto& setPlace) {
+    RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(shape, objects[instance.object]->scene());
+    setPlace(shape);
+    rtcSetGeometryMask(shape, mask);
+    rtcCommitGeometry(shape);
+    rtcAttachGeometryByID(world->scene(), shape, id);
+    return shape;
+  };
+  const auto stillAt = [](const PlacedInstance& instance) {
+    return [&](RTCGeometry shape) {
+      rtcSetGeometryTimeStepCount(shape, 1);
+      rtcSetGeometryTransform(shape, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, instance.meshToWorld.getValue());
+    };
+  };
+  movingShapes.resize(geometry->movements().size());
+  const auto& [first, count, ignored] = instanceNumbers;
+  std::vector<uint32_t>& twins = instanceNumbers.twins;
+  for (uint32_t k = 0; k < count; ++k) {
+    const PlacedInstance& instance = geometry->instances()[k];
+    if (instance.movement == kNone) {
+      rtcReleaseGeometry(attach(instance, instance.visibility, first + k, stillAt(instance)));
+      continue;
+    }
+    const InstanceMovement& movement = geometry->movements()[instance.movement];
+    const uint32_t moving = movement.sampleMotion ? instance.visibility : instance.visibility & kCameraRay;
+    if (moving != 0) {
+      ++timedGeometries;
+      movingShapes[instance.movement] =
+          attach(instance, moving, first + k, [&](RTCGeometry shape) { setSteps(shape, movement.steps); });
+    }
+    if (const uint32_t rest = instance.visibility & ~moving; rest != 0) {
+      twins.push_back(k);
+      const auto id = first + count + static_cast<uint32_t>(twins.size()) - 1;
+      rtcReleaseGeometry(attach(instance, rest, id, stillAt(instance)));
+    }
+  }
 }
 
 // Called from within a traversal: nothing may be thrown.
@@ -197,7 +330,7 @@ std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
   std::string trouble;
   try {
     made = geometry->tessellate(unit);
-    auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, firstInstanceId);
+    auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, instanceNumbers);
     const std::vector<uint32_t>& members = geometry->units()[unit].members;
     const std::span<const uint32_t> faces = geometry->units()[unit].faces;
     for (size_t m = 0; m < members.size(); ++m) {
@@ -215,7 +348,7 @@ std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
   }
   if (trouble.empty()) return made;
   made = geometry->leaveOut(unit, trouble);
-  auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, firstInstanceId);
+  auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, instanceNumbers);
   rtcCommitScene(tracer->scene.scene());
   made->tracer = std::move(tracer);
   return made;
@@ -240,25 +373,16 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
   uint32_t worldEnd = 0;
   while (worldEnd < geometry.traced().size() && geometry.traced()[worldEnd].group == kNone) ++worldEnd;
   s.world = s.makeGroup(0, worldEnd);
-  s.firstInstanceId = s.world->geometries() + 1;
-  s.objects.resize(geometry.scene().objects.size());
+  s.instanceNumbers.first = s.world->geometries() + static_cast<uint32_t>(s.lists.size()) + 1;
+  s.instanceNumbers.count = static_cast<uint32_t>(geometry.instances().size());
+  s.objects.resize(geometry.groupCount());
   for (uint32_t object = 0; object < s.objects.size(); ++object) {
     const auto [first, end] = geometry.groupRange(object);
     if (first == end) continue;
     s.objects[object] = s.makeGroup(first, end);
     rtcCommitScene(s.objects[object]->scene());
   }
-  for (uint32_t k = 0; k < geometry.instances().size(); ++k) {
-    const PlacedInstance& instance = geometry.instances()[k];
-    RTCGeometry shape = rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(shape, s.objects[instance.object]->scene());
-    rtcSetGeometryTimeStepCount(shape, 1);
-    rtcSetGeometryTransform(shape, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, instance.meshToWorld.getValue());
-    rtcSetGeometryMask(shape, instance.visibility);
-    rtcCommitGeometry(shape);
-    rtcAttachGeometryByID(s.world->scene(), shape, s.firstInstanceId + k);
-    rtcReleaseGeometry(shape);
-  }
+  s.attachInstances();
   rtcCommitScene(s.world->scene());
 }
 
@@ -266,12 +390,13 @@ Accel::~Accel() = default;
 
 Hit Accel::intersect(const Ray& ray) const {
   count(ray.mask, 1);
+  if (ray.time > 0) ++timedRays;
   RTCRayHit r = toEmbree(ray);
   const auto trace = [&](TessellationCache::Reader* reader) {
     Context context(reader);
     rtcIntersect1(scenes_->world->scene(), &context.embree, &r);
     return scenes_->toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0],
-                          {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray.direction);
+                          {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray);
   };
   if (!scenes_->hasUnits) return trace(nullptr);
   TessellationCache::Reader reader(scenes_->geometry->tessellations());
@@ -280,6 +405,7 @@ Hit Accel::intersect(const Ray& ray) const {
 
 bool Accel::occluded(const Ray& ray) const {
   count(ray.mask, 1);
+  if (ray.time > 0) ++timedRays;
   RTCRayHit r = toEmbree(ray);
   const auto trace = [&](TessellationCache::Reader* reader) {
     Context context(reader);
@@ -294,6 +420,7 @@ bool Accel::occluded(const Ray& ray) const {
 void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const {
   if (rays.empty()) return;
   count(rays[0].mask, static_cast<int64_t>(rays.size()));
+  timedRays += std::count_if(rays.begin(), rays.end(), [](const Ray& ray) { return ray.time > 0; });
   const auto trace = [&](size_t base, TessellationCache::Reader* reader) {
     Context context(reader);
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -305,15 +432,15 @@ void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const 
       valid[k] = k < n ? -1 : 0;
       p.ray.org_x[k] = ray.origin.x, p.ray.org_y[k] = ray.origin.y, p.ray.org_z[k] = ray.origin.z;
       p.ray.dir_x[k] = ray.direction.x, p.ray.dir_y[k] = ray.direction.y, p.ray.dir_z[k] = ray.direction.z;
-      p.ray.tnear[k] = ray.tNear, p.ray.tfar[k] = ray.tFar, p.ray.time[k] = 0;
+      p.ray.tnear[k] = ray.tNear, p.ray.tfar[k] = ray.tFar, p.ray.time[k] = ray.time;
       p.ray.mask[k] = ray.mask, p.ray.id[k] = 0, p.ray.flags[k] = 0;
       p.hit.geomID[k] = p.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
     rtcIntersect16(valid, scenes_->world->scene(), &context.embree, &p);
     for (size_t k = 0; k < n; ++k)
-      hits[base + k] = scenes_->toHit(p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.geomID[k], p.hit.primID[k],
-                                      p.hit.instID[0][k], {p.hit.Ng_x[k], p.hit.Ng_y[k], p.hit.Ng_z[k]},
-                                      rays[base + k].direction);
+      hits[base + k] =
+          scenes_->toHit(p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.geomID[k], p.hit.primID[k],
+                         p.hit.instID[0][k], {p.hit.Ng_x[k], p.hit.Ng_y[k], p.hit.Ng_z[k]}, rays[base + k]);
   };
   for (size_t base = 0; base < rays.size(); base += 16) {
     if (!scenes_->hasUnits) {

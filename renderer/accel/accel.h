@@ -14,6 +14,7 @@ struct Ray {
   V3f origin{0, 0, 0}, direction{0, 0, 1};
   float tNear = 0, tFar = kInfinity;
   uint32_t mask = kCameraRay;  ///< RayMask bit of its kind
+  float time = 0;              ///< 0 to 1, from the opening of the shutter to its closing
 };
 
 /// Where a ray met a surface first; placement == kNone: nowhere.
@@ -23,6 +24,9 @@ struct Hit {
   uint32_t face = 0;
   float u = 0, v = 0;  ///< of the face
   bool front = true;   ///< the outside was met
+  /// Where the ray leaves what it met behind, in units of t: of placements that move, which were met
+  /// elsewhere than where they are shaded. 0 for all others: see leave().
+  float beyond = 0;
   bool valid() const { return placement != kNone; }
 };
 
@@ -45,5 +49,10 @@ class Accel {
 /// The origin of a ray that leaves a facet: moved off its plane, to the side of `direction`, by the bound on
 /// the error of both, and no further (PBR 4th ed. section 6.8.6).
 V3f leave(const Facet& facet, const V3f& direction);
+
+/// The origin of a ray that goes on behind what it has met. `facet` is that of the hit.
+inline V3f goOn(const Ray& ray, const Hit& hit, const Facet& facet) {
+  return hit.beyond > 0 ? ray.origin + ray.direction * hit.beyond : leave(facet, ray.direction);
+}
 
 }  // namespace patina

@@ -44,13 +44,15 @@ class VertexMap {
 }  // namespace
 
 EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
-                         uint32_t firstInstance, bool compact, RTCFilterFunctionN everyHit)
+                         const InstanceNumbers& instances, const Kinds& kinds)
     : device_(device),
       geometry_(geometry),
-      firstInstance_(firstInstance),
-      everyHit_(everyHit),
-      scene_(rtcNewScene(device)) {
-  rtcSetSceneFlags(scene_, compact ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_ROBUST);
+      instances_(instances),
+      everyHit_(kinds.everyHit),
+      scene_(rtcNewScene(device)),
+      segments_(kinds.segments) {
+  rtcSetSceneFlags(scene_,
+                   kinds.compact ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene_, quality);
 }
 
@@ -64,6 +66,7 @@ EmbreeScene::Part& EmbreeScene::part(uint32_t traced, Kind kind) {
   if (!part) {
     part = std::make_unique<Part>();
     part->scene = this, part->oneSided = oneSided, part->hasHoles = hasHoles;
+    part->laterVertices.resize(segments_);
   }
   return *part;
 }
@@ -71,7 +74,8 @@ EmbreeScene::Part& EmbreeScene::part(uint32_t traced, Kind kind) {
 void EmbreeScene::addFlat(uint32_t traced, std::span<const uint32_t> faces) {
   const Surface& surface = geometry_.surface(traced);
   const M44f& toMesh = geometry_.traced()[traced].toMesh;
-  const PointView points = surface.sharedPoints();
+  // What moves has its points apart, at every step alike.
+  const PointView points = segments_ > 0 ? PointView() : surface.sharedPoints();
   const auto count = static_cast<uint32_t>(faces.empty() ? surface.faceCount() : faces.size());
   const auto faceAt = [&](uint32_t k) { return faces.empty() ? k : faces[k]; };
   const auto isQuad = [&](uint32_t k) { return surface.faceShape(faceAt(k)) == FaceShape::Quad; };
@@ -100,6 +104,18 @@ void EmbreeScene::addFlat(uint32_t traced, std::span<const uint32_t> faces) {
     if (!alike) to->owners.push_back({traced, faceAt(k)});
   }
   if (alike && count > 0) parts[isQuad(0)]->traced = traced, parts[isQuad(0)]->faces = faces;
+  for (uint32_t step = 1; step <= segments_; ++step) {
+    const PosedSurface posed = geometry_.posed(traced, step);
+    const Surface& at = posed.surface ? *posed.surface : surface;
+    const M44f place = geometry_.toMeshAt(traced, step);
+    for (uint32_t face = 0; face < surface.faceCount(); ++face) {
+      const bool quad = surface.faceShape(face) == FaceShape::Quad;
+      V3f c[4];
+      at.corners(face, c);
+      std::vector<V3f>& vertices = part(traced, quad ? Kind::Quads : Kind::Triangles).laterVertices[step - 1];
+      for (int i = 0; i < (quad ? 4 : 3); ++i) vertices.push_back(transformPoint(c[i], place));
+    }
+  }
 }
 
 void EmbreeScene::addFacets(uint32_t traced, const Tessellation::Member& member,
@@ -107,6 +123,7 @@ void EmbreeScene::addFacets(uint32_t traced, const Tessellation::Member& member,
   const Surface& surface = geometry_.surface(traced);
   Part& to = part(traced, Kind::Grids);
   to.shared = tessellation.vertices;
+  if (segments_ > 0) to.shared = to.shared.first(to.stride = tessellation.stride);
   const SurfaceRates& rates = *member.rates;
   for (uint32_t tile = 0; tile < rates.tiles.size(); ++tile) {
     const TileRates& r = rates.tiles[tile];
@@ -138,6 +155,11 @@ void EmbreeScene::attach() {
     RTCGeometry shape;
     if (key.kind == Kind::Grids) {
       shape = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_GRID);
+      if (segments_ > 0) rtcSetGeometryTimeStepCount(shape, segments_ + 1);
+      for (uint32_t step = 1; step <= segments_; ++step)
+        rtcSetSharedGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3,
+                                   part->shared.data() + step * part->stride, 0, sizeof(V3f),
+                                   part->shared.size());
       rtcSetSharedGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, part->shared.data(), 0,
                                  sizeof(V3f), part->shared.size());
       auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(
@@ -146,6 +168,13 @@ void EmbreeScene::attach() {
     } else {
       const bool quads = key.kind == Kind::Quads;
       shape = rtcNewGeometry(device_, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
+      if (segments_ > 0) rtcSetGeometryTimeStepCount(shape, segments_ + 1);
+      for (uint32_t step = 1; step <= segments_; ++step) {
+        const std::vector<V3f>& later = part->laterVertices[step - 1];
+        auto* to = static_cast<V3f*>(rtcSetNewGeometryBuffer(shape, RTC_BUFFER_TYPE_VERTEX, step,
+                                                             RTC_FORMAT_FLOAT3, sizeof(V3f), later.size()));
+        std::copy(later.begin(), later.end(), to);
+      }
       auto* vertices = static_cast<V3f*>(rtcSetNewGeometryBuffer(
           shape, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), part->vertices.size()));
       std::copy(part->vertices.begin(), part->vertices.end(), vertices);
@@ -154,7 +183,7 @@ void EmbreeScene::attach() {
           sizeof(uint32_t) * (quads ? 4 : 3), part->indices.size() / (quads ? 4 : 3)));
       std::copy(part->indices.begin(), part->indices.end(), indices);
     }
-    part->vertices = {}, part->indices = {}, part->grids = {};
+    part->vertices = {}, part->indices = {}, part->grids = {}, part->laterVertices = {};
     part->owners.shrink_to_fit();
     rtcSetGeometryMask(shape, key.visibility);
     if (everyHit_) {

@@ -18,16 +18,37 @@ struct FaceOwner {
   uint32_t face;    ///< in an EmbreeScene's lists: of tessellated surfaces the tile
 };
 
+/// Embree's numbers of the instances of a scene. Those that move for some rays only have a twin that stands
+/// still for the others.
+struct InstanceNumbers {
+  uint32_t first = 0;           ///< of Geometry::instances()[0]
+  uint32_t count = 0;           ///< of Geometry::instances(); twins come behind them
+  std::vector<uint32_t> twins;  ///< whose
+  /// Index of Geometry::instances(); kNone: no instance.
+  uint32_t indexOf(unsigned number) const {
+    if (number == RTC_INVALID_GEOMETRY_ID) return kNone;
+    const uint32_t k = number - first;
+    return k < count ? k : twins[k - count];
+  }
+};
+
 /// The faces of some surfaces: triangles, quads and grids of facets, those of one visibility and sidedness
 /// together. Holds an Embree scene; views the vertices of tessellations.
 class EmbreeScene {
  public:
-  /// `firstInstance`: Embree's number of the first of Geometry::instances() that rays may come by.
-  /// `compact`: triangles stay indices, which takes half the memory and somewhat more time per ray.
-  /// `everyHit`: a filter that is called with every hit of all surfaces, whoever sees them; its user data is
-  /// this scene.
-  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality, uint32_t firstInstance,
-              bool compact = false, RTCFilterFunctionN everyHit = nullptr);
+  struct Kinds {
+    uint32_t segments = 0;  ///< of the unit whose facets move, in time; 0 = they do not
+    bool compact = false;   ///< triangles stay indices: half the memory, and somewhat more time per ray
+    /// A filter that is called with every hit of all surfaces, whoever sees them; its user data is this
+    /// scene.
+    RTCFilterFunctionN everyHit = nullptr;
+  };
+  /// `instances` must outlive the scene.
+  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
+              const InstanceNumbers& instances, const Kinds& kinds);
+  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
+              const InstanceNumbers& instances)
+      : EmbreeScene(device, geometry, quality, instances, Kinds()) {}
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
@@ -43,8 +64,7 @@ class EmbreeScene {
   const Geometry& geometry() const { return geometry_; }
   /// The placement of a traced surface; `instance`: Embree's number of the instance that the ray is in.
   const Placement& placement(uint32_t traced, unsigned instance) const {
-    return geometry_.placements()[geometry_.placementOf(
-        traced, instance == RTC_INVALID_GEOMETRY_ID ? kNone : instance - firstInstance_)];
+    return geometry_.placements()[geometry_.placementOf(traced, instances_.indexOf(instance))];
   }
   uint32_t geometries() const { return static_cast<uint32_t>(parts_.size()); }
   /// Of flat faces.
@@ -72,7 +92,9 @@ class EmbreeScene {
     std::vector<V3f> vertices;      ///< of flat faces, until they are attached
     std::vector<uint32_t> indices;
     std::vector<RTCGrid> grids;
-    std::span<const V3f> shared;  ///< of grids
+    std::span<const V3f> shared;                  ///< of grids
+    size_t stride = 0;                            ///< of `shared`: from a time step to the next
+    std::vector<std::vector<V3f>> laterVertices;  ///< of flat faces, at time steps behind the first
     std::vector<const SurfaceRates*>
         rates;  ///< of grids: by Embree primitive, null where tiles are whole quads
     FaceOwner owner(uint32_t primitive) const {
@@ -85,9 +107,10 @@ class EmbreeScene {
 
   RTCDevice device_;
   const Geometry& geometry_;
-  uint32_t firstInstance_;
+  const InstanceNumbers& instances_;
   RTCFilterFunctionN everyHit_;
   RTCScene scene_;
+  uint32_t segments_;
   std::map<Key, std::unique_ptr<Part>> open_;
   std::vector<std::unique_ptr<Part>> parts_;  ///< by Embree geometry
 };

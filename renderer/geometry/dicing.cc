@@ -25,27 +25,26 @@ constexpr int kMaxDepth = 44;          // binary splits of a face
 constexpr float kLessThanOne = 0.75f;  // micropolygons along a tile that needs one value only
 
 /// Corners of a tile and the points half-way between them, in object space.
-std::array<V3f, 9> objectLattice(const DiceInput& input, uint32_t face, float u0, float v0, float du,
-                                 float dv) {
+std::array<V3f, 9> objectLattice(const Surface& from, uint32_t face, float u0, float v0, float du, float dv) {
   std::array<V2f, 9> uv;
   for (size_t j = 0; j < 3; ++j)
     for (size_t i = 0; i < 3; ++i)
       uv[3 * j + i] = {u0 + du * 0.5f * static_cast<float>(i), v0 + dv * 0.5f * static_cast<float>(j)};
-  if (input.surface->faceShape(face) == FaceShape::Triangle)  // the far half repeats the hypotenuse
+  if (from.faceShape(face) == FaceShape::Triangle)  // the far half repeats the hypotenuse
     uv[5] = uv[7] = uv[8] = {u0 + du * 0.5f, v0 + dv * 0.5f};
   std::array<V3f, 9> points;
-  if (input.surface->isFlat()) {
+  if (from.isFlat()) {
     V3f c[4];
-    input.surface->corners(face, c);
+    from.corners(face, c);
     for (size_t k = 0; k < 9; ++k) {
       const float u = uv[k].x, v = uv[k].y;
-      const bool first = input.surface->faceShape(face) == FaceShape::Triangle || u + v <= 1;
+      const bool first = from.faceShape(face) == FaceShape::Triangle || u + v <= 1;
       points[k] = first ? c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v
                         : c[3] + (c[2] - c[3]) * (1 - u) + (c[1] - c[3]) * (1 - v);
     }
   } else {
     std::array<SurfacePoint, 9> surface;
-    input.surface->evaluateMany(face, uv, surface);
+    from.evaluateMany(face, uv, surface);
     for (size_t k = 0; k < 9; ++k) points[k] = surface[k].P;
   }
   return points;
@@ -88,6 +87,11 @@ class PatchTable::Dicer {
   struct Tile {
     float u0, v0, du, dv;
     float cellsU, cellsV, spacing;  ///< wanted
+    float worldU = 0, worldV = 0;   ///< lengths, of quads
+    void setSpacing() {
+      spacing = std::max(worldU / static_cast<float>(roundCells(cellsU)),
+                         worldV / static_cast<float>(roundCells(cellsV)));
+    }
     bool tooLarge() const {
       constexpr float kTooMany = kMaxCells * 1.41421356f;
       return cellsU > kTooMany || cellsV > kTooMany;
@@ -103,6 +107,8 @@ class PatchTable::Dicer {
   Wanted want(uint32_t face) const;
   float micropolygonEdge(uint32_t face) const;
   void addGroups(std::span<const Wanted> faces);
+  Tile measureAt(const Surface& surface, const M44f& objectToWorld, uint32_t face, float u0, float v0,
+                 float du, float dv) const;
   void split(uint32_t face, const Tile& tile, uint32_t node, int depth);
   void addPatch(uint32_t face, const Tile& tile);
 
@@ -114,9 +120,22 @@ class PatchTable::Dicer {
 
 PatchTable::Dicer::Tile PatchTable::Dicer::measure(uint32_t face, float u0, float v0, float du,
                                                    float dv) const {
-  const std::array<V3f, 9> object = objectLattice(input_, face, u0, v0, du, dv);
+  Tile tile = measureAt(*input_.surface, input_.objectToWorld, face, u0, v0, du, dv);
+  for (const DicePose& pose : input_.poses) {
+    const Tile other =
+        measureAt(pose.surface ? *pose.surface : *input_.surface, pose.objectToWorld, face, u0, v0, du, dv);
+    tile.cellsU = std::max(tile.cellsU, other.cellsU), tile.cellsV = std::max(tile.cellsV, other.cellsV);
+  }
+  if (!input_.poses.empty() && input_.surface->faceShape(face) == FaceShape::Quad) tile.setSpacing();
+  return tile;
+}
+
+PatchTable::Dicer::Tile PatchTable::Dicer::measureAt(const Surface& surface, const M44f& objectToWorld,
+                                                     uint32_t face, float u0, float v0, float du,
+                                                     float dv) const {
+  const std::array<V3f, 9> object = objectLattice(surface, face, u0, v0, du, dv);
   std::array<V3f, 9> p;
-  for (size_t k = 0; k < 9; ++k) p[k] = transformPoint(object[k], input_.objectToWorld);
+  for (size_t k = 0; k < 9; ++k) p[k] = transformPoint(object[k], objectToWorld);
   const auto [center, radius] = boundingSphere(p);
   const float distance = std::max(camera_.nearestDistance(center, radius), 0.25f * radius);
   const bool visible = camera_.mayBeVisible(center, radius, kMargin);
@@ -124,7 +143,8 @@ PatchTable::Dicer::Tile PatchTable::Dicer::measure(uint32_t face, float u0, floa
 
   // On screen, lengths count as they are seen, unless the tile reaches behind the eye.
   std::array<V2f, 9> raster;
-  bool projected = visible && input_.foreshorten;
+  // Nor while the camera moves: the direction of view is not one.
+  bool projected = visible && input_.foreshorten && !camera_.moves();
   for (size_t k = 0; k < 9 && projected; ++k) {
     const V3f c = camera_.toCamera(p[k]);
     projected = !camera_.perspective() || c.z > 0.05f * radius;
@@ -138,7 +158,7 @@ PatchTable::Dicer::Tile PatchTable::Dicer::measure(uint32_t face, float u0, floa
   };
   const float edge = 1 / (bySpace ? input_.length : std::sqrt(input_.shadingRate));
   Tile tile{u0, v0, du, dv, 0, 0, 0};
-  if (input_.surface->faceShape(face) == FaceShape::Triangle) {
+  if (surface.faceShape(face) == FaceShape::Triangle) {
     tile.cellsU =
         std::max({length(0, 1) + length(1, 2), length(0, 3) + length(3, 6), length(2, 4) + length(4, 6)}) *
         edge;
@@ -146,15 +166,14 @@ PatchTable::Dicer::Tile PatchTable::Dicer::measure(uint32_t face, float u0, floa
     tile.spacing = std::max({(p[0] - p[2]).length(), (p[0] - p[6]).length(), (p[2] - p[6]).length()});
     return tile;
   }
-  float worldU = 0, worldV = 0;
   for (size_t k = 0; k < 3; ++k) {
     tile.cellsU = std::max(tile.cellsU, (length(3 * k, 3 * k + 1) + length(3 * k + 1, 3 * k + 2)) * edge);
     tile.cellsV = std::max(tile.cellsV, (length(k, k + 3) + length(k + 3, k + 6)) * edge);
-    worldU = std::max(worldU, (p[3 * k] - p[3 * k + 1]).length() + (p[3 * k + 1] - p[3 * k + 2]).length());
-    worldV = std::max(worldV, (p[k] - p[k + 3]).length() + (p[k + 3] - p[k + 6]).length());
+    tile.worldU =
+        std::max(tile.worldU, (p[3 * k] - p[3 * k + 1]).length() + (p[3 * k + 1] - p[3 * k + 2]).length());
+    tile.worldV = std::max(tile.worldV, (p[k] - p[k + 3]).length() + (p[k + 3] - p[k + 6]).length());
   }
-  tile.spacing = std::max(worldU / static_cast<float>(roundCells(tile.cellsU)),
-                          worldV / static_cast<float>(roundCells(tile.cellsV)));
+  tile.setSpacing();
   return tile;
 }
 
@@ -235,7 +254,8 @@ void PatchTable::Dicer::run() {
 }
 
 PatchTable::Dicer::Wanted PatchTable::Dicer::want(uint32_t face) const {
-  if (input_.surface->isFlat() && input_.surface->faceShape(face) == FaceShape::Triangle) {
+  if (input_.surface->isFlat() && input_.surface->faceShape(face) == FaceShape::Triangle &&
+      input_.poses.empty() && input_.length == 0) {
     // What is much smaller than a micropolygon needs no closer look. Off the axis of a wide view lengths are
     // stretched by 1 over the cosine squared: four times at 60 degrees.
     V3f p[4];

@@ -7,8 +7,8 @@
 #include <tuple>
 
 #include "renderer/base/statistics.h"
+#include "renderer/geometry/bounds.h"
 #include "renderer/geometry/face_order.h"
-#include "renderer/geometry/primvar.h"
 
 namespace patina {
 namespace {
@@ -20,9 +20,6 @@ STAT_COUNTER("Geometry/facets of curved surfaces", facetCount);
 STAT_COUNTER("Geometry/instances", instanceCount);
 STAT_COUNTER("Geometry/chunks of dense meshes", chunkCount);
 
-/// Faces of a flat surface that is traced from the beginning: nothing would be saved.
-constexpr uint32_t kFewFaces = 64;
-
 /// Faces in a unit of a dense mesh: few enough that one is made in some ten milliseconds and is small against
 /// any budget, many enough that rays meet few bounds. Meshes of at least kDenseFaces are dense.
 constexpr size_t kChunkFaces = size_t{1} << 16, kDenseFaces = 2 * kChunkFaces;
@@ -33,45 +30,6 @@ constexpr size_t kManyMakings = 4;
 bool invertible(const M44d& m) {
   const double d = m.determinant();
   return std::isfinite(d) && d != 0;
-}
-
-Placement makePlacement(uint32_t traced, uint32_t attributes, uint32_t instance, const M44d& objectToWorld,
-                        const M44d& toMesh, bool reversed) {
-  Placement p{};
-  p.traced = traced, p.attributes = attributes, p.instance = instance;
-  p.objectToWorld = M44f(objectToWorld), p.worldToObject = M44f(objectToWorld.inverse());
-  p.normalSign = reversed ? -1.0f : 1.0f;
-  p.facetSign = objectToWorld.determinant() < 0 ? -p.normalSign : p.normalSign;
-  p.meshSign = toMesh.determinant() < 0 ? -p.normalSign : p.normalSign;
-  return p;
-}
-
-Box3f transformed(const Box3f& box, const M44f& m) {
-  Box3f result;
-  for (int corner = 0; corner < 8; ++corner)
-    result.extendBy(transformPoint({corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                                    corner & 4 ? box.max.z : box.min.z},
-                                   m));
-  return result;
-}
-
-/// Widened by what the rounding of points and of their transformation may add.
-Box3f padded(const Box3f& box) {
-  const float pad = 1e-6f * std::max(maxAbsComponent(box.min), maxAbsComponent(box.max));
-  return {box.min - V3f(pad), box.max + V3f(pad)};
-}
-
-/// The hull of the points of a mesh, which holds its faces and its limit surface, without making them. Empty:
-/// not a mesh, or so small that it is made at once.
-Box3f meshBound(const Primitive& primitive) {
-  Box3f box;
-  const auto* polygons = std::get_if<PolygonMesh>(&primitive.shape);
-  const auto* subdivision = std::get_if<SubdivisionMesh>(&primitive.shape);
-  if (!subdivision && (!polygons || polygons->loopCount() <= kFewFaces)) return box;
-  if (const auto points = findPoints(primitive))
-    for (size_t k = 0; k < points->size(); ++k)
-      if (const V3f p = (*points)[k]; usable(p)) box.extendBy(p);
-  return box;
 }
 
 /// Faces of a surface that nobody makes sense of.
@@ -122,6 +80,18 @@ float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCa
 
 }  // namespace
 
+Placement Geometry::makePlacement(uint32_t traced, uint32_t attributes, uint32_t instance,
+                                  const M44d& objectToWorld, const M44d& toMesh, bool reversed) {
+  Placement p{};
+  p.traced = traced, p.attributes = attributes, p.instance = instance;
+  p.objectToWorld = M44f(objectToWorld), p.worldToObject = M44f(objectToWorld.inverse());
+  p.normalSign = reversed ? -1.0f : 1.0f;
+  p.facetSign = objectToWorld.determinant() < 0 ? -p.normalSign : p.normalSign;
+  p.meshSign = toMesh.determinant() < 0 ? -p.normalSign : p.normalSign;
+  p.moves = false;
+  return p;
+}
+
 Viewpoint Geometry::viewpoint(const M44d& toWorld) const {
   const M44d inverse = toWorld.inverse();
   Viewpoint view;
@@ -137,6 +107,9 @@ Viewpoint Geometry::viewpoint(const M44d& toWorld) const {
 /// What turns to the eye does so from the object's own place, as instances share their object's surfaces;
 /// what chooses its facets does so for the instance that is nearest.
 Viewpoint Geometry::viewpoint(const Primitive& primitive, const M44d& toMesh, uint32_t group) const {
+  if (group != kNone && group >= scene_.objects.size())
+    return viewpoint(toMesh * movingGroups_[group - scene_.objects.size()].movement.at(
+                                  static_cast<double>(scene_.camera.shutterOpen)));
   Viewpoint view = viewpoint(toMesh);
   if (group == kNone || !std::holds_alternative<Blobby>(primitive.shape)) return view;
   float nearest = kInfinity;
@@ -168,6 +141,16 @@ bool Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t grou
     traced.bound = surface->bound();
   }
   ++primitiveCount;
+  if (primitive.motion && primitive.solid != kNone)
+    errors_.report(Severity::Warning, RiError::Unimplemented, primitive.where,
+                   "what a solid is made of does not move by itself: it stands where it is at the opening of "
+                   "the shutter",
+                   "moving operand");
+  else if (primitive.motion) {
+    const bool inObject = group != kNone && group < scene_.objects.size();
+    traced.segments = poseSegments(primitive, static_cast<double>(scene_.camera.shutterOpen),
+                                   static_cast<double>(scene_.camera.shutterClose), inObject, traced.bound);
+  }
   traced_.push_back(traced);
   made_.push_back(std::move(surface));
   return true;
@@ -204,19 +187,9 @@ void Geometry::place(const Instance& instance) {
   const auto [first, end] = groups_[instance.object];
   if (first == end) return;
   ++instanceCount;
-  const auto index = static_cast<uint32_t>(instances_.size());
-  instancesOf_[instance.object].push_back(index);
-  if (scene_.attributes[instance.attributes].oneSided) oneSidedInstances_[instance.object] = true;
-  instances_.push_back({instance.object, static_cast<uint32_t>(placements_.size()),
-                        scene_.attributes[instance.attributes].visibility, M44f(instance.objectToWorld),
-                        M44f(instance.objectToWorld.inverse())});
-  for (uint32_t k = first; k < end; ++k) {
-    const Primitive& primitive = *traced_[k].primitive;
-    const uint32_t attributes = primitive.attributes == kNone ? instance.attributes : primitive.attributes;
-    placements_.push_back(makePlacement(
-        k, attributes, index, primitive.objectToWorld * instance.objectToWorld, primitive.objectToWorld,
-        traced_[k].isReversed != (traced_[k].solid == kNone ? instance.reversed : traced_[k].isTurned)));
-  }
+  const Attributes& attributes = scene_.attributes[instance.attributes];
+  place(instance.object, instance.objectToWorld, instance.attributes, attributes.visibility,
+        instance.reversed, instance.motion.get(), attributes.sampleMotion && attributes.areaLight == kNone);
 }
 
 Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors,
@@ -231,7 +204,8 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     if (add(primitive, matrix, kNone, attributes, isReversed)) toWorld.push_back(matrix);
   };
   for (const Primitive& primitive : scene.primitives)
-    addToWorld(primitive, primitive.objectToWorld, primitive.attributes, primitive.reversed);
+    if (!movesAsWhole(primitive))
+      addToWorld(primitive, primitive.objectToWorld, primitive.attributes, primitive.reversed);
   makeSolids(scene.solids, 0, &toWorld);
   std::vector<bool> used(scene.objects.size(), false);
   for (const Instance& instance : scene.instances) {
@@ -239,6 +213,7 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
       used[instance.object] = true;
       continue;
     }
+    if (movesAsWhole(instance)) continue;
     const ObjectDefinition& object = scene.objects[instance.object];
     const auto first = static_cast<uint32_t>(traced_.size());
     for (const Primitive& p : object.primitives)
@@ -255,6 +230,7 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     makeSolids(scene.objects[object].solids, first, nullptr);
     groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
   }
+  addMovingGroups();
   surfaces_ = std::vector<std::atomic<const Surface*>>(traced_.size());
   rates_.resize(traced_.size());
   for (size_t k = 0; k < traced_.size(); ++k) surfaces_[k] = made_[k].get();
@@ -262,9 +238,11 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
   for (uint32_t k = 0; k < worldCount; ++k)
     placements_.push_back(makePlacement(k, traced_[k].attributes, kNone, toWorld[k], toWorld[k],
                                         traced_[k].isReversed != traced_[k].isTurned));
-  instancesOf_.resize(scene.objects.size());
-  oneSidedInstances_.resize(scene.objects.size(), false);
+  instancesOf_.resize(groups_.size());
+  oneSidedInstances_.resize(groups_.size(), false);
   for (const Instance& instance : scene.instances) place(instance);
+  placeMovingGroups();
+  findMotion();
   if (displacer_) boundDisplacements();
   for (const Placement& p : placements_) {
     const TracedSurface& traced = traced_[p.traced];
@@ -286,6 +264,7 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
                      a.diceLength,
                      a.diceInObjectSpace,
                      a.foreshorten,
+                     p.moves ? dicePoses(placement) : std::vector<DicePose>(),
                      order == faceOrders_.end() ? std::span<const uint32_t>() : order->second};
   });
 }
@@ -303,6 +282,8 @@ void Geometry::makeUnits() {
   struct Key {
     uint32_t group, visibility;
     bool oneSided;
+    uint32_t segments;
+    bool sampleMotion;
     uint32_t code, traced;
     auto operator<=>(const Key&) const = default;
   };
@@ -313,15 +294,18 @@ void Geometry::makeUnits() {
   for (uint32_t k = 0; k < traced_.size(); ++k) {
     const TracedSurface& traced = traced_[k];
     if (traced.solid != kNone) continue;
-    if (!traced.isDisplaced && made_[k] && made_[k]->isFlat() && made_[k]->faceCount() <= kFewFaces) continue;
+    const bool isStiff = !traced.isDisplaced && traced.segments == 0;
+    if (isStiff && made_[k] && made_[k]->isFlat() && made_[k]->faceCount() <= kFewFaces) continue;
     const auto* polygons = std::get_if<PolygonMesh>(&traced.primitive->shape);
-    if (!traced.isDisplaced && polygons && polygons->loopCount() >= kDenseFaces &&
+    if (isStiff && polygons && polygons->loopCount() >= kDenseFaces &&
         surface(k).faceCount() >= kDenseFaces) {
       dense.push_back(k);
       continue;
     }
     const Attributes* own = attributes(traced);
+    const bool sampled = traced.segments > 0 && own && own->sampleMotion && own->areaLight == kNone;
     keys.push_back({traced.group, own ? own->visibility : uint32_t{kAnyRay}, own && own->oneSided,
+                    traced.segments, sampled,
                     mortonCode(transformed(traced.bound, traced.toMesh).center(), all), k});
   }
   std::sort(keys.begin(), keys.end());
@@ -329,9 +313,11 @@ void Geometry::makeUnits() {
   for (size_t i = 0; i < keys.size(); ++i) {
     const Key& key = keys[i];
     TracedSurface& traced = traced_[key.traced];
-    const auto kind = [](const Key& a) { return std::tie(a.group, a.visibility, a.oneSided); };
+    const auto kind = [](const Key& a) {
+      return std::tie(a.group, a.visibility, a.oneSided, a.segments, a.sampleMotion);
+    };
     if (facets >= kFacets || kind(keys[i - 1]) != kind(key)) {
-      units_.push_back({{}, {}, key.visibility, key.oneSided});
+      units_.push_back({{}, {}, key.visibility, key.oneSided, key.segments, key.sampleMotion, {}});
       facets = 0;
     }
     SurfaceUnit& unit = units_.back();
@@ -339,6 +325,7 @@ void Geometry::makeUnits() {
     const Attributes* own = attributes(traced);
     facets += guessFacets(*traced.primitive, box, camera_,
                           traced.isDisplaced ? std::optional(own->shadingRate) : std::nullopt);
+    if (traced.segments > 0) addStepBounds(unit, key.traced, box);
     unit.bound.extendBy(box);
     traced.unit = static_cast<uint32_t>(units_.size() - 1);
     traced.member = static_cast<uint32_t>(unit.members.size());
@@ -346,7 +333,10 @@ void Geometry::makeUnits() {
   }
   // Each solid is a unit of its own.
   const auto firstSolid = static_cast<uint32_t>(units_.size());
-  for (uint32_t solid = 0; solid < solids_.size(); ++solid) units_.push_back({{}, {}, 0, false, solid});
+  for (uint32_t solid = 0; solid < solids_.size(); ++solid) {
+    units_.push_back({{}, {}, 0, false});
+    units_.back().solid = solid;
+  }
   for (uint32_t k = 0; k < traced_.size() && !solids_.empty(); ++k) {
     TracedSurface& traced = traced_[k];
     if (traced.solid == kNone) continue;
@@ -375,9 +365,8 @@ void Geometry::makeChunks(uint32_t k) {
     units_.push_back({{k},
                       padded(transformed(padded(bounds[c]), traced.toMesh)),
                       own ? own->visibility : uint32_t{kAnyRay},
-                      own && own->oneSided,
-                      kNone,
-                      std::span(order).subspan(first, std::min(kChunkFaces, order.size() - first))});
+                      own && own->oneSided});
+    units_.back().faces = std::span(order).subspan(first, std::min(kChunkFaces, order.size() - first));
   }
   chunkCount += traced.chunks;
   orderBytes_ += order.capacity() * sizeof(uint32_t);
@@ -385,11 +374,15 @@ void Geometry::makeChunks(uint32_t k) {
 
 std::vector<M44f> Geometry::placesOf(uint32_t traced) const {
   const uint32_t group = traced_[traced].group;
-  if (group == kNone) return {placements_[traced].objectToWorld};
   std::vector<M44f> places;
-  for (const uint32_t instance : instancesOf_[group])
-    places.push_back(
-        placements_[instances_[instance].firstPlacement + traced - groups_[group].first].objectToWorld);
+  if (group == kNone) {
+    places = {placements_[traced].objectToWorld};
+  } else {
+    for (const uint32_t instance : instancesOf_[group])
+      places.push_back(
+          placements_[instances_[instance].firstPlacement + traced - groups_[group].first].objectToWorld);
+  }
+  if (moves_) addPlacesInTime(traced, places);
   return places;
 }
 
@@ -397,9 +390,11 @@ std::vector<M44f> Geometry::placesOf(uint32_t traced) const {
 const SurfaceRates& Geometry::rates(uint32_t k) const {
   if (!rates_[k]) {
     const TracedSurface& traced = traced_[k];
+    const auto shadingRate =
+        traced.isDisplaced ? std::optional(attributes(traced)->shadingRate) : std::nullopt;
     rates_[k] = std::make_unique<const SurfaceRates>(
-        traceRates(camera_, surface(k), placesOf(k),
-                   traced.isDisplaced ? std::optional(attributes(traced)->shadingRate) : std::nullopt));
+        traced.segments > 0 ? ratesInTime(k, shadingRate)
+                            : traceRates(camera_, surface(k), placesOf(k), shadingRate));
     surfaceBytes_ += rates_[k]->memory();
     if (rates_[k]->limited) facetsLimited_ = true;
   }
@@ -423,7 +418,7 @@ std::unique_ptr<Tessellation> Geometry::tessellate(uint32_t index) const {
   }
   if (tiles == 0) return result;
   result->first.reserve(tiles);
-  result->vertices.reserve(vertices);
+  result->vertices.reserve((vertices - 1) * (unit.segments + 1) + 1);
   for (size_t m = 0; m < unit.members.size(); ++m) {
     const SurfaceRates* known = result->members[m].rates;
     if (!known) continue;
@@ -441,6 +436,7 @@ std::unique_ptr<Tessellation> Geometry::tessellate(uint32_t index) const {
     thinSides(*known, own, std::span(result->vertices));
     for (V3f& p : std::span(result->vertices).subspan(begin)) p = transformPoint(p, traced_[k].toMesh);
   }
+  if (unit.segments > 0) addSteps(unit, *result);
   return result;
 }
 
@@ -634,7 +630,8 @@ float Geometry::facetError(const Placement& p, const V3f& point, const V3f& edge
     magnitude = std::max(
         magnitude, maxAbsComponent({m[3][0], m[3][1], m[3][2]}) + maxAbsComponent(transformVector(local, m)));
   }
-  return roundingBound(16) * (magnitude + maxAbsComponent(edge1) + maxAbsComponent(edge2));
+  // Kernels take moving transformations apart and put them together again.
+  return roundingBound(p.moves ? 64 : 16) * (magnitude + maxAbsComponent(edge1) + maxAbsComponent(edge2));
 }
 
 Facet Geometry::facet(uint32_t placement, uint32_t face, float u, float v) const {

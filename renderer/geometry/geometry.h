@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "renderer/geometry/displacement.h"
+#include "renderer/geometry/motion_geometry.h"
 #include "renderer/geometry/patches.h"
 #include "renderer/geometry/solids.h"
 #include "renderer/geometry/surface.h"
@@ -31,6 +32,7 @@ struct TracedSurface {
   bool isReversed = false;      ///< the outside is opposite to dPdu x dPdv of primitive space
   bool isDisplaced = false;
   float reach = 0;         ///< of displacement, mesh space
+  uint32_t segments = 0;   ///< its facets move in mesh space, in so many steps in time; 0 = they do not
   bool isTurned = false;   ///< of a part of a solid: the solid's outside is the other side
   uint32_t solid = kNone;  ///< index of Geometry::solids()
   uint32_t leaf = 0;       ///< node of the solid that it bounds
@@ -43,9 +45,12 @@ struct TracedSurface {
 /// of its own, which hold some of its faces each.
 struct SurfaceUnit {
   std::vector<uint32_t> members;         ///< indices of Geometry::traced()
-  Box3f bound;                           ///< mesh space
+  Box3f bound;                           ///< mesh space, at the opening of the shutter
   uint32_t visibility;                   ///< RayMask of all members; of a solid: of any of them
   bool oneSided;                         ///< all members are; of a solid: not known
+  uint32_t segments = 0;                 ///< of all members
+  bool sampleMotion = false;             ///< other rays than the camera's see the motion of its facets, too
+  std::vector<Box3f> stepBounds = {};    ///< at the time steps; empty where there are none
   uint32_t solid = kNone;                ///< index of Geometry::solids()
   std::span<const uint32_t> faces = {};  ///< of the only member that are here; empty = all
 };
@@ -59,13 +64,22 @@ struct Placement {
   float normalSign;                   ///< -1: the outside is opposite to dPdu x dPdv of primitive space
   float facetSign;                    ///< the same for the cross product of edges taken in world space
   float meshSign;  ///< the same for the cross product taken in mesh space, brought to world space as a normal
+  bool moves;      ///< while the shutter is open: all else here is as it is at its opening
 };
 
+/// Primitives that share a place: an instance of an object, or what shares a moving transformation.
 struct PlacedInstance {
-  uint32_t object;
+  uint32_t object;  ///< index of Geometry's groups: those of Scene::objects, then those that move
   uint32_t firstPlacement;
-  uint32_t visibility;  ///< RayMask
-  M44f meshToWorld, worldToMesh;
+  uint32_t visibility;            ///< RayMask
+  M44f meshToWorld, worldToMesh;  ///< at the opening of the shutter
+  uint32_t movement = kNone;      ///< index of Geometry::movements(); kNone: it stands still
+};
+
+/// Where an instance is at equally distant times from the opening of the shutter to its closing.
+struct InstanceMovement {
+  std::vector<TransformParts> steps;  ///< of meshToWorld; two or more; rotations in between turn
+  bool sampleMotion;                  ///< other rays than the camera's see it move, too
 };
 
 /// The point of a facet that a ray met, in world space.
@@ -93,8 +107,13 @@ class Geometry {
   const std::vector<Placement>& placements() const { return placements_; }
   const std::vector<PlacedInstance>& instances() const { return instances_; }
   const std::vector<SolidTree>& solids() const { return solids_; }
+  const std::vector<InstanceMovement>& movements() const { return movements_; }
+  bool moves() const { return moves_; }                  ///< something does
+  bool samplesMotion() const { return samplesMotion_; }  ///< other rays than the camera's see something move
   const PatchTable& patches() const { return *patches_; }
-  /// First traced surface of an object's group; groups are contiguous, in the order of Scene::objects.
+  size_t groupCount() const { return groups_.size(); }
+  /// First traced surface of a group; groups are contiguous: those of the objects, in the order of
+  /// Scene::objects, then those of primitives of the world that move as one.
   std::pair<uint32_t, uint32_t> groupRange(uint32_t object) const { return groups_[object]; }
   const Box3f& bound() const { return bound_; }  ///< world space
 
@@ -144,8 +163,14 @@ class Geometry {
   void facetCorners(uint32_t placement, uint32_t face, float u, float v, V3f out[3], V2f& weights) const;
   /// Whether rays meet facets that are made on demand, in place of the surface's own flat faces.
   bool isTessellated(uint32_t traced) const {
-    return traced_[traced].unit != kNone && (traced_[traced].isDisplaced || !surface(traced).isFlat());
+    return traced_[traced].unit != kNone &&
+           (traced_[traced].isDisplaced || !surface(traced).isFlat() || bends(traced));
   }
+  /// A surface that moves in mesh space as it is at a time step, in primitive space; its faces are those of
+  /// surface(). [any thread]
+  PosedSurface posed(uint32_t traced, uint32_t step) const;
+  /// Primitive space to mesh space at a time step.
+  M44f toMeshAt(uint32_t traced, uint32_t step) const;
   /// All that rays may meet of a placement, by quads of two triangles each: (00, 10, 01) and (11, 01, 10), or
   /// single triangles.
   struct FacetQuad {
@@ -170,6 +195,27 @@ class Geometry {
   DisplacementResult displace(uint32_t traced, const SurfaceRates& rates, std::span<const uint32_t> first,
                               std::span<V3f> vertices) const;
   void checkDisplacement(uint32_t traced, float moved) const;
+  /// Places a group; `movement` null: it stands still. `attributes` kNone: its primitives have their own.
+  void place(uint32_t group, const M44d& meshToWorld, uint32_t attributes, uint32_t visibility, bool reversed,
+             const Movement* movement, bool sampleMotion);
+  static Placement makePlacement(uint32_t traced, uint32_t attributes, uint32_t instance,
+                                 const M44d& objectToWorld, const M44d& toMesh, bool reversed);
+  void addMovingGroups();
+  void placeMovingGroups();
+  void findMotion();
+  void addPlacesInTime(uint32_t traced, std::vector<M44f>& places) const;
+  SurfaceRates ratesInTime(uint32_t traced, std::optional<float> shadingRate) const;
+  bool movesAsWhole(const Primitive& primitive) const;
+  bool movesAsWhole(const Instance& instance) const;
+  PosedPrimitive posing(uint32_t traced) const;
+  std::vector<DicePose> dicePoses(uint32_t placement) const;
+  void addStepBounds(SurfaceUnit& unit, uint32_t traced, const Box3f& opening) const;
+  void addSteps(const SurfaceUnit& unit, Tessellation& tessellation) const;
+  /// Whether a flat surface moves in a way that does not keep it flat.
+  bool bends(uint32_t traced) const {
+    return traced_[traced].segments > 0 &&
+           !std::holds_alternative<PolygonMesh>(traced_[traced].primitive->shape);
+  }
   void makeUnits();
   /// Finds out about solids, whose traced surfaces begin at `first` and are the last so far. Those that are
   /// no part of a result go, and with them their entries in `toWorld`, which may be null.
@@ -201,6 +247,22 @@ class Geometry {
   std::vector<std::vector<uint32_t>> instancesOf_;  ///< by object: indices of instances_
   std::vector<PlacedInstance> instances_;
   std::vector<bool> oneSidedInstances_;  ///< by object: some instance has Sides 1
+  struct MovingGroup {
+    Movement movement;  ///< mesh space to world
+    bool sampleMotion;
+    struct Member {
+      const Primitive* primitive;
+      M44d toMesh;
+      uint32_t attributes;
+      bool isReversed;
+    };
+    std::vector<Member> members;
+    std::vector<M44d> toMesh;  ///< of those that could be added
+  };
+  std::vector<MovingGroup> movingGroups_;  ///< the last of groups_
+  std::vector<InstanceMovement> movements_;
+  bool moves_ = false, samplesMotion_ = false;
+  mutable std::atomic<bool> posesFailed_ = false;
   std::vector<std::pair<uint32_t, uint32_t>> groups_;
   std::vector<SurfaceUnit> units_;
   std::vector<SolidTree> solids_;

@@ -102,6 +102,12 @@ void Patch::forEachDiagonal(Level level, Visit visit) const {
     }
 }
 
+/// A primitive at another time than the opening of the shutter.
+struct DicePose {
+  std::shared_ptr<const Surface> surface;  ///< with the same faces; null: that of the opening
+  M44f objectToWorld;
+};
+
 /// What dicing needs to know of a placed primitive.
 struct DiceInput {
   const Surface* surface;
@@ -110,6 +116,7 @@ struct DiceInput {
   float length = 0;                      ///< edge of a micropolygon in units of space; 0: by the shading rate
   bool inObjectSpace = false;            ///< of `length`
   bool foreshorten = true;               ///< on screen lengths count as they are seen
+  std::vector<DicePose> poses = {};      ///< of what moves: where it is seen largest says how fine it is
   std::span<const uint32_t> order = {};  ///< mortonOrder() of the surface's faces, if it is known already
 };
 

@@ -25,9 +25,25 @@ RasterCamera::RasterCamera(const Camera& camera, const Options& options)
   const float perUnitY = static_cast<float>(yResolution_) / (std::abs(height_) * tanHalf_);
   focalPixels_ = std::sqrt(perUnitX * perUnitY);
   if (std::isfinite(camera.fStop) && camera.fStop > 0) lensRadius_ = camera.focalLength / camera.fStop / 2;
+  const double open = static_cast<double>(camera.shutterOpen),
+               close = static_cast<double>(camera.shutterClose);
+  if (singular_ || !camera.motion || !camera.motion->movesWithin(open, close)) return;
+  constexpr int kPlaces = 8;
+  for (int k = 1; k <= kPlaces; ++k) {
+    const M44d place = camera.motion->at(open + (close - open) * k / kPlaces);
+    laterPlaces_.emplace_back(place);
+    laterEyes_.emplace_back(V3d(0, 0, 0) * place.inverse());
+  }
 }
 
-RasterCamera::Ray RasterCamera::ray(float x, float y, const V2f& lens) const {
+RasterCamera::Ray RasterCamera::ray(float x, float y, const V2f& lens, float time) const {
+  M44d later;
+  if (time > 0 && moves()) {
+    const double open = static_cast<double>(camera_.shutterOpen),
+                 close = static_cast<double>(camera_.shutterClose);
+    later = camera_.motion->at(open + (close - open) * static_cast<double>(time)).inverse();
+  }
+  const M44d& cameraToWorld = time > 0 && moves() ? later : cameraToWorld_;
   const double sx = (static_cast<double>(left_) + static_cast<double>(width_) * x / xResolution_) * tanHalf_;
   const double sy = (static_cast<double>(bottom_) +
                      static_cast<double>(height_) * (1 - static_cast<double>(y) / yResolution_)) *
@@ -47,9 +63,9 @@ RasterCamera::Ray RasterCamera::ray(float x, float y, const V2f& lens) const {
   }
   // From here `direction` gains one unit of camera z per unit of its length parameter.
   Ray ray;
-  const V3d worldOrigin = origin * cameraToWorld_;
+  const V3d worldOrigin = origin * cameraToWorld;
   V3d worldDirection;
-  cameraToWorld_.multDirMatrix(direction, worldDirection);
+  cameraToWorld.multDirMatrix(direction, worldDirection);
   const double length = worldDirection.length();
   ray.origin = V3f(worldOrigin);
   ray.direction = V3f(worldDirection / length);
@@ -91,11 +107,20 @@ V2f RasterCamera::toRaster(const V3f& camera) const {
 }
 
 float RasterCamera::nearestDistance(const V3f& center, float radius) const {
-  return std::max(0.0f, (center - eye_).length() - radius);
+  float distance = (center - eye_).length();
+  for (const V3f& eye : laterEyes_) distance = std::min(distance, (center - eye).length());
+  return std::max(0.0f, distance - radius);
 }
 
 bool RasterCamera::mayBeVisible(const V3f& center, float radius, float margin) const {
-  const V3f c = toCamera(center);
+  return mayBeVisible(center, radius, margin, worldToCamera_) ||
+         std::any_of(laterPlaces_.begin(), laterPlaces_.end(),
+                     [&](const M44f& place) { return mayBeVisible(center, radius, margin, place); });
+}
+
+bool RasterCamera::mayBeVisible(const V3f& center, float radius, float margin,
+                                const M44f& worldToCamera) const {
+  const V3f c = transformPoint(center, worldToCamera);
   const float r = radius * cameraScale_ * 1.0001f;
   if (c.z + r < camera_.nearPlane || c.z - r > camera_.farPlane) return false;
   const float mx = margin * std::abs(width_) / static_cast<float>(xResolution_);

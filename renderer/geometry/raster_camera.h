@@ -30,7 +30,12 @@ class RasterCamera {
     float depthPerT;          ///< camera-space z gained per unit of t
     float originDepth;        ///< camera-space z of the origin
   };
-  Ray ray(float x, float y, const V2f& lens) const;
+  /// `time` runs from 0, the opening of the shutter, to 1, its closing; it says where a moving camera is.
+  Ray ray(float x, float y, const V2f& lens, float time = 0) const;
+
+  /// The camera moves while the shutter is open. All else that is said here is then said of its opening, but
+  /// for nearestDistance() and mayBeVisible(), which look at the whole of it.
+  bool moves() const { return !laterEyes_.empty(); }
 
   /// Pixels per world unit for a length across the view at camera distance `distance` (perspective) from the
   /// eye.
@@ -48,15 +53,19 @@ class RasterCamera {
   float nearPlane() const { return camera_.nearPlane; }
 
  private:
+  bool mayBeVisible(const V3f& center, float radius, float margin, const M44f& worldToCamera) const;
+
   Camera camera_;
   int xResolution_, yResolution_;
   M44f worldToCamera_;
   M44d cameraToWorld_;
   V3f eye_;
-  float tanHalf_;         // half the unit screen window at z = 1 (1 for orthographic)
-  float left_, bottom_;   // screen window
-  float width_, height_;  // of the screen window
-  float focalPixels_;     // pixels per unit at z = 1 (orthographic: per unit)
+  std::vector<V3f> laterEyes_;     // of a moving camera, at times behind the opening
+  std::vector<M44f> laterPlaces_;  // worldToCamera at the same times
+  float tanHalf_;                  // half the unit screen window at z = 1 (1 for orthographic)
+  float left_, bottom_;            // screen window
+  float width_, height_;           // of the screen window
+  float focalPixels_;              // pixels per unit at z = 1 (orthographic: per unit)
   float lensRadius_ = 0;
   float cameraScale_ = 1;  // world units to camera units, geometric mean
   bool singular_ = false;

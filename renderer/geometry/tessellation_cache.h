@@ -28,9 +28,10 @@ struct Tessellation {
     size_t firstNormal = 0;               ///< displaced: index of `normals` of its first vertex
   };
   std::vector<Member> members;
-  std::vector<uint32_t> first;     ///< by tile of all members: its first vertex
-  std::vector<V3f> vertices;       ///< mesh space, rows along u; room for one more behind the last
-  std::vector<uint32_t> normals;   ///< of displaced members, by vertex, mesh space; see packNormal()
+  std::vector<uint32_t> first;    ///< by tile of all members: its first vertex
+  std::vector<V3f> vertices;      ///< mesh space, rows along u; room for one more behind the last
+  std::vector<uint32_t> normals;  ///< of displaced members, by vertex, mesh space; see packNormal()
+  size_t stride = 0;  ///< of a unit that moves: vertices of one time step; those of the next stand behind
   std::unique_ptr<Tracer> tracer;  ///< may view the vertices; the last member, so that it goes first
 
   size_t bytes() const {  ///< without the tracer's

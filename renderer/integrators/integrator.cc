@@ -6,7 +6,7 @@ namespace patina {
 namespace {
 
 // Purposes of random numbers.
-enum Dimension : uint32_t { kPixel, kLens };
+enum Dimension : uint32_t { kPixel, kLens, kTime };
 
 }  // namespace
 
@@ -18,8 +18,9 @@ CameraSample cameraSample(const World& world, int x, int y, uint32_t sample) {
   // A large raster coordinate may round up to the next pixel.
   if (s.x >= static_cast<float>(x + 1)) s.x = std::nextafter(static_cast<float>(x + 1), 0.0f);
   if (s.y >= static_cast<float>(y + 1)) s.y = std::nextafter(static_cast<float>(y + 1), 0.0f);
-  s.camera = world.camera().ray(s.x, s.y, lens);
-  s.ray = Ray{s.camera.origin, s.camera.direction, s.camera.tNear, s.camera.tFar, kCameraRay};
+  const float time = world.moves() ? sobol1(sample, pixelSeed(x, y, kTime)) : 0;
+  s.camera = world.camera().ray(s.x, s.y, lens, time);
+  s.ray = Ray{s.camera.origin, s.camera.direction, s.camera.tNear, s.camera.tFar, kCameraRay, time};
   return s;
 }
 

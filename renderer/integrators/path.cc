@@ -26,6 +26,7 @@ enum Dimension : uint32_t {
   kDirection,
   kRoulette,
   kLayer,
+  kTime,
   kPerVertex = 8
 };
 
@@ -135,7 +136,9 @@ void PathIntegrator::step(Wave& wave) const {
     }
     path.distance += hit.t;
     path.footprint += path.spread * hit.t;
-    ShadingPoint point = world_.shading().at(hit, path.ray.direction, path.footprint);
+    const ShadingPoint point = path.receiver == kNone
+                                   ? world_.seenAt(hit, path.ray.direction, path.footprint)
+                                   : world_.shading().at(hit, path.ray.direction, path.footprint);
     // Light from an area light that the ray met.
     const uint32_t light = world_.attributesOf(hit.placement).areaLight;
     if (light != kNone &&
@@ -249,7 +252,10 @@ void PathIntegrator::sampleLights(Wave& wave) const {
       if (isBlack(value.f)) continue;
       const float pdf = s.pdf * wave.lightChance[i];
       const float weight = s.delta ? 1 : misWeight(pdf, value.pdf);
-      const Rgb visible = world_.transmittance(wave.points[i].facet(), s, light);
+      const Path& path = wave.paths[wave.pathOf[i]];
+      const uint64_t seed = hashOf(path.seed(kTime), path.sample, 1);
+      const float time = world_.rayTime(wave.points[i].placement, seed);
+      const Rgb visible = world_.transmittance(wave.points[i].facet(), s, light, time);
       wave.direct[i] += value.f * s.radiance * visible * (weight / pdf);
     }
   }
@@ -268,7 +274,7 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
       const float chance = path.lightsOnly ? 1 : 1 - solid;
       for (int c = 0; c < 3; ++c) path.throughput[c] *= std::clamp(1 - terms.opacity[c], 0.0f, 1.0f) / chance;
       if (isBlack(path.throughput) || ++path.vertex > kMostVertices) return false;
-      path.ray.origin = leave(point.facet(), path.ray.direction);
+      path.ray.origin = goOn(path.ray, wave.hits[wave.pathOf[i]], point.facet());
       path.ray.tNear = 0;
       path.ray.tFar -= wave.hits[wave.pathOf[i]].t;  // the far plane of camera rays stays where it is
       return true;
@@ -318,8 +324,12 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
     }
     path.throughput /= survive;
   }
-  path.ray = Ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity,
-                 s.diffuse ? kDiffuseRay : kSpecularRay};
+  path.ray = Ray{leave(point.facet(), s.direction),
+                 s.direction,
+                 0,
+                 kInfinity,
+                 s.diffuse ? kDiffuseRay : kSpecularRay,
+                 world_.rayTime(point.placement, hashOf(path.seed(kTime), path.sample))};
   return true;
 }
 

@@ -23,7 +23,8 @@ enum Dimension : uint32_t {
   kDirection = 0x2000,
   kLightChoice = 0x3000,
   kLightPoint = 0x4000,
-  kPoint = 0x5000
+  kPoint = 0x5000,
+  kTime = 0x6000
 };
 
 /// A camera sample on its way through transparent layers and specular surfaces.
@@ -147,7 +148,9 @@ void RadiosityIntegrator::step(Wave& wave) const {
       continue;
     }
     walk.footprint += walk.spread * hit.t;
-    const ShadingPoint point = world_.shading().at(hit, walk.ray.direction, walk.footprint);
+    const ShadingPoint point = walk.receiver == kNone
+                                   ? world_.seenAt(hit, walk.ray.direction, walk.footprint)
+                                   : world_.shading().at(hit, walk.ray.direction, walk.footprint);
     Result& result = wave.results[walk.slot];
     if (walk.receiver == kNone && isBlack(result.seen))
       result.depth = result.depth < kFarDepth ? result.depth * hit.t : result.depth;
@@ -341,8 +344,11 @@ void RadiosityIntegrator::specularDirect(Wave& wave) const {
       const float pdf = s.pdf * chance;
       // Without specular rays (classic) there is no other estimate to share with.
       const float weight = s.delta || world_.settings().classic ? 1 : misWeight(pdf, value.pdf);
-      wave.direct[i] +=
-          value.f * s.radiance * world_.transmittance(wave.points[i].facet(), s, light) * (weight / pdf);
+      const Walk& walk = wave.walks[wave.active[i]];
+      const uint64_t seed = hashOf(walk.seed(kTime), walk.sample, light);
+      const float time = world_.rayTime(wave.points[i].placement, seed);
+      wave.direct[i] += value.f * s.radiance * world_.transmittance(wave.points[i].facet(), s, light, time) *
+                        (weight / pdf);
     }
   }
 }
@@ -376,8 +382,9 @@ bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
   if (through > 0 && (!specular || u < through)) {
     walk.throughput *= specular ? passed / through : passed;
     if (maxComponent(walk.throughput) < 1e-4f) return false;
-    walk.ray.origin = leave(point.facet(), walk.ray.direction);
-    walk.ray.tNear = 0, walk.ray.tFar -= wave.hits[wave.active[i]].t;  // the far plane stays where it is
+    const Hit& met = wave.hits[wave.active[i]];
+    walk.ray.origin = goOn(walk.ray, met, point.facet());
+    walk.ray.tNear = 0, walk.ray.tFar -= met.t;  // the far plane stays where it is
     return true;
   }
   if (!specular) return false;
@@ -393,7 +400,8 @@ bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
   walk.from = point.P;
   walk.roughness = std::max(walk.roughness, s.alpha);
   walk.spread = std::max(walk.spread, s.alpha);
-  walk.ray = Ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay};
+  const float time = world_.rayTime(point.placement, hashOf(walk.seed(kTime), walk.sample));
+  walk.ray = Ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay, time};
   return true;
 }
 

@@ -20,6 +20,7 @@ enum Stream : uint64_t {
   kBackGatherStream,
   kRouletteStream,
   kChildStream,
+  kTimeStream,
   kLightStream = 16
 };
 
@@ -91,7 +92,9 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Pu
       if (std::binary_search(sampled.begin(), sampled.end(), light)) w.which.push_back(i);
     }
     if (w.which.empty()) continue;
-    const int count = lights.isDelta(light) ? 1 : settings_.rays.light(depth, purpose);
+    // Shadows that are blurred by motion are sampled over time.
+    const bool one = lights.isDelta(light) && !world_.geometry().samplesMotion();
+    const int count = one ? 1 : settings_.rays.light(depth, purpose);
     w.positions.clear(), w.random.clear();
     for (const uint32_t i : w.which)
       for (int k = 0; k < count; ++k) {
@@ -113,7 +116,9 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Pu
       const float cosine = s.delta ? s.direction.dot(point.N) * side
                                    : foldedCosine(s.direction, point.N * side, point.Ng * side);
       if (!(cosine > 0)) continue;
-      const Rgb visible = world_.transmittance(point.facet(), s, light);
+      const uint64_t seed = hashOf(requests[i].seed, kTimeStream, light, k % static_cast<size_t>(count));
+      const Rgb visible =
+          world_.transmittance(point.facet(), s, light, world_.rayTime(point.placement, seed));
       (above ? w.front : w.back)[i] += s.radiance * visible * (cosine * weight / s.pdf);
     }
   }
@@ -153,8 +158,9 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
         const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
         const V3f direction = foldDirection(frame.toWorld(local), up);
         const float solidAngle = kPi / (static_cast<float>(spread) * std::max(local.z, 0.05f));
-        follow(GatherRay{origin, direction, std::sqrt(solidAngle), weight, slot,
-                         hashOf(seed, kChildStream, static_cast<uint32_t>(k))},
+        const uint64_t child = hashOf(seed, kChildStream, static_cast<uint32_t>(k));
+        follow(GatherRay{origin, direction, std::sqrt(solidAngle), weight, slot, child,
+                         world_.rayTime(point.placement, child)},
                bounce, depth, w, nesting);
       }
     }
@@ -184,7 +190,8 @@ void RadiosityEngine::follow(GatherRay ray, bool bounce, int depth, Workspace& w
   Rgb share(1, 1, 1);
   float travelled = 0;
   for (int layer = 0; layer < kMostLayers; ++layer) {
-    const Hit hit = world_.accel().intersect({ray.origin, ray.direction, 0, kInfinity, kDiffuseRay});
+    const Ray traced{ray.origin, ray.direction, 0, kInfinity, kDiffuseRay, ray.time};
+    const Hit hit = world_.accel().intersect(traced);
     const Rgb weight = share * ray.weight;
     if (!hit.valid()) {
       w.missFrom.push_back(ray.origin), w.missDirection.push_back(ray.direction);
@@ -218,7 +225,7 @@ void RadiosityEngine::follow(GatherRay ray, bool bounce, int depth, Workspace& w
     world_.shading().shade({&point, 1}, ShadingParts::Radiosity, w.layer);
     for (int c = 0; c < 3; ++c) share[c] *= std::clamp(1 - w.layer.terms[0].opacity[c], 0.0f, 1.0f);
     if (maxComponent(share) < 1e-4f) return;
-    ray.origin = leave(point.facet(), ray.direction);
+    ray.origin = goOn(traced, hit, point.facet());
   }
 }
 

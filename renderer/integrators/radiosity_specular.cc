@@ -15,7 +15,8 @@ enum Stream : uint64_t {
   kDirectionStream,
   kLightChoiceStream,
   kLightPointStream,
-  kNextStream
+  kNextStream,
+  kTimeStream
 };
 
 }  // namespace
@@ -50,8 +51,10 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
         const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
         if (!isBlack(value.f)) {
           const float pdf = s.pdf * pick.chance, weight = s.delta ? 1 : misWeight(pdf, value.pdf);
-          radiance += throughput * value.f * s.radiance * world_.transmittance(point.facet(), s, pick.light) *
-                      (weight / pdf);
+          const float time = world_.rayTime(
+              point.placement, hashOf(seed, kLightPointStream, static_cast<uint32_t>(bounce), 1));
+          radiance += throughput * value.f * s.radiance *
+                      world_.transmittance(point.facet(), s, pick.light, time) * (weight / pdf);
         }
       }
     }
@@ -62,7 +65,9 @@ Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int 
         bsdf.sampleSpecular(choice, sobol2(0, hashOf(seed, kDirectionStream, static_cast<uint32_t>(bounce))));
     if (!(s.pdf > 0) || isBlack(s.weight)) return radiance;
     throughput *= s.weight;
-    const Ray ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay};
+    const float time =
+        world_.rayTime(point.placement, hashOf(seed, kTimeStream, static_cast<uint32_t>(bounce)));
+    const Ray ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay, time};
     const Hit hit = world_.accel().intersect(ray);
     const auto lightWeight = [&](uint32_t light, float pdf) {
       return s.delta ? 1 : list.weightOfMet(light, s.pdf, pdf);

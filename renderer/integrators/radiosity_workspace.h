@@ -17,6 +17,7 @@ struct RadiosityEngine::GatherRay {
   float weight;   ///< of its radiance in the irradiance of `slot`
   uint32_t slot;  ///< twice the request's index, plus one behind the surface
   uint64_t seed;
+  float time;  ///< see Ray
 };
 
 struct RadiosityEngine::Workspace {

@@ -165,10 +165,22 @@ void World::makeLightLists() {
   }
 }
 
-Rgb World::transmittance(const Facet& from, const LightSample& to, uint32_t light) const {
+ShadingPoint World::seenAt(const Hit& hit, const V3f& direction, float footprint) const {
+  ShadingPoint point = shading_->at(hit, direction, footprint);
+  if (!geometry_->placements()[hit.placement].moves) return point;
+  if (camera_.perspective())
+    point.I = normalizedOr(point.P - camera_.eye(), direction);
+  else
+    point.I = camera_.viewDirection();
+  // It may have turned away since: it is looked at from as far behind as in front.
+  if (const float behind = point.I.dot(point.Ng); behind > 0) point.I -= point.Ng * (2 * behind);
+  return point;
+}
+
+Rgb World::transmittance(const Facet& from, const LightSample& to, uint32_t light, float time) const {
   if (settings_.classic || !lights_->castsShadows(light)) return {1, 1, 1};
   Ray ray;
-  ray.mask = kTransmissionRay;
+  ray.mask = kTransmissionRay, ray.time = time;
   ray.origin = leave(from, to.direction);
   if (std::isinf(to.distance)) {
     ray.direction = to.direction;
@@ -191,7 +203,7 @@ Rgb World::transmittance(const Facet& from, const LightSample& to, uint32_t ligh
     const Rgb& opacity = shaded.terms[0].opacity;
     for (int c = 0; c < 3; ++c) share[c] *= std::clamp(1 - opacity[c], 0.0f, 1.0f);
     if (maxComponent(share) < 1e-4f) return {0, 0, 0};
-    ray.origin = leave(point.facet(), unit);
+    ray.origin = goOn(ray, hit, point.facet());
     if (!std::isinf(to.distance)) ray.direction = to.target - ray.origin;
   }
   return {0, 0, 0};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/accel/accel.h"
+#include "renderer/base/sampling.h"
 #include "renderer/integrators/render.h"
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/displacement_shading.h"
@@ -64,8 +65,24 @@ class World {
   bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
 
   /// Share of light that passes from a facet to `target` (or without end along `direction`, when `distance`
-  /// is infinite): 0 or 1 among opaque surfaces. `light` says whether shadows are cast at all.
-  Rgb transmittance(const Facet& from, const LightSample& to, uint32_t light) const;
+  /// is infinite): 0 or 1 among opaque surfaces. `light` says whether shadows are cast at all, `time` when:
+  /// see rayTime().
+  Rgb transmittance(const Facet& from, const LightSample& to, uint32_t light, float time = 0) const;
+
+  /// Whether camera rays have a time: something moves, or the camera does.
+  bool moves() const { return geometry_->moves() || camera_.moves(); }
+  /// The time (see Ray) of a ray that is not the camera's and leaves `placement`. It is the opening of the
+  /// shutter, where surfaces are shaded, unless some primitive is to be seen in motion by all rays
+  /// (Attribute "trace" "samplemotion"): then it is drawn from `seed`. Rays from what moves itself always
+  /// leave at the opening: later it would stand in their way.
+  float rayTime(uint32_t placement, uint64_t seed) const {
+    if (!geometry_->samplesMotion() || geometry_->placements()[placement].moves) return 0;
+    constexpr uint64_t kTimeStream = 0x74696d65;
+    return toUnit(static_cast<uint32_t>(hashOf(seed, kTimeStream) >> 32));
+  }
+  /// What is shaded where a camera ray of unit `direction` met a surface: of one that moves the same point
+  /// at the opening of the shutter, looked at from where the camera is then.
+  ShadingPoint seenAt(const Hit& hit, const V3f& direction, float footprint) const;
 
   /// Sum of Cl of the ambient lights at each point, multiplied by the points' ambient terms, added to
   /// `radiance`.
