@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Primitives and their variables: counts by RI 3.2, section 5, objects, motion, detail.
+// Primitives and their variables: counts by RI 3.2, section 5, objects, detail.
 #include "renderer/scene/matrices.h"
 #include "renderer/scene/teapot.h"
 #include "renderer/scene/value_count.h"
@@ -243,7 +243,7 @@ TEST(Primitives, TheTeapotIsClosedAroundItsAxisAndFacesOut) {
   EXPECT_THAT(inWorld("Geometry \"teapot\"").world().primitives, SizeIs(4));
 }
 
-// ---- Objects, motion, detail
+// ---- Objects, detail
 // ---------------------------------------------------------------------------------------
 
 TEST(Objects, TakeAttributesAndPlaceOfTheInstance) {
@@ -271,18 +271,6 @@ TEST(Objects, UnknownAndNested) {
       ElementsAre("t.rib:2:1: error: badhandle: ObjectInstance: no object has the handle \"3\"",
                   "t.rib:4:1: error: nesting: ObjectBegin inside ObjectBegin",
                   HasSubstr("request ObjectInstance inside ObjectBegin is not carried out yet (once)")));
-}
-
-TEST(Motion, TheFirstSampleIsTaken) {
-  const Built built = build(
-      "WorldBegin\nMotionBegin [0 1]\nTranslate 1 0 0\nTranslate 2 0 0\nMotionEnd\nMotionBegin [0 1]\nSphere "
-      "1 -1 1 360\nSphere 2 -2 2 360\n"
-      "MotionEnd\nWorldEnd");
-  EXPECT_THAT(built.messages, ElementsAre("t.rib:2:1: warning: unimplemented: MotionBegin: things stand "
-                                          "where they are at the first of its times (2 times)"));
-  ASSERT_THAT(built.world().primitives, SizeIs(1));
-  EXPECT_EQ(built.world().primitives[0].objectToWorld[3][0], 1);
-  EXPECT_EQ(std::get<Quadric>(built.world().primitives[0].shape).values[0], 1);
 }
 
 TEST(Detail, OfAllLevelsOneIsDrawnAtEverySize) {
