@@ -88,7 +88,8 @@ void expectSameHits(Primitive primitive) {
   EXPECT_EQ(counter("Geometry/units tessellated"), 0);
   const RTCDevice device = rtcNewDevice(nullptr);
   {
-    EmbreeScene whole(device, *world.geometry, RTC_BUILD_QUALITY_MEDIUM, true);
+    const InstanceNumbers instances;
+    EmbreeScene whole(device, *world.geometry, RTC_BUILD_QUALITY_MEDIUM, instances, {.compact = true});
     whole.addFlat(0);
     whole.attach();
     rtcCommitScene(whole.scene());

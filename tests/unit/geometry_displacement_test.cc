@@ -163,7 +163,7 @@ struct World {
       scene.primitives.push_back(p);
     } else {
       if (ofInstance) p.attributes = kNone;
-      scene.objects.push_back({{p}});
+      scene.objects.emplace_back().primitives.push_back(p);
       for (int k = 0; k < instances; ++k) {
         Instance instance;
         instance.object = 0, instance.attributes = ofInstance ? 1 : 0;
