@@ -255,7 +255,7 @@ void PatchTable::Dicer::run() {
 
 PatchTable::Dicer::Wanted PatchTable::Dicer::want(uint32_t face) const {
   if (input_.surface->isFlat() && input_.surface->faceShape(face) == FaceShape::Triangle &&
-      input_.poses.empty() && input_.length == 0) {
+      input_.poses.empty() && !(input_.length > 0)) {
     // What is much smaller than a micropolygon needs no closer look. Off the axis of a wide view lengths are
     // stretched by 1 over the cosine squared: four times at 60 degrees.
     V3f p[4];
@@ -277,6 +277,15 @@ float PatchTable::Dicer::micropolygonEdge(uint32_t face) const {
   V3f corner[4];
   input_.surface->corners(face, corner);
   const V3f p = transformPoint(corner[0], input_.objectToWorld);
+  if (input_.length > 0 && !input_.inObjectSpace) return input_.length;
+  if (input_.length > 0) {
+    // The larger of how lengths along two of its edges grow.
+    const auto growth = [&](const V3f& e) {
+      const float length = e.length();
+      return length > 0 ? transformVector(e, input_.objectToWorld).length() / length : 0;
+    };
+    return input_.length * std::max(growth(corner[1] - corner[0]), growth(corner[2] - corner[0]));
+  }
   const float seen = camera_.mayBeVisible(p, 0, kMargin) ? 1 : kOffScreenFactor;
   const float pixels = seen * camera_.pixelsPerUnit(std::max(camera_.nearestDistance(p, 0), 1e-30f));
   return std::sqrt(input_.shadingRate) / pixels;

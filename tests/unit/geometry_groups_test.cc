@@ -216,6 +216,26 @@ TEST(FaceGroups, FacesStandForTheirGroupsInProportionToArea) {
   EXPECT_NEAR(narrow / all, 0.1, 4 * std::sqrt(0.09 / all));  // four standard deviations
 }
 
+TEST(FaceGroups, FollowLengthsThatAreGiven) {
+  // Attribute "dice": micropolygons of a length, whatever the camera sees of them.
+  const Mesh mesh(128, plane);
+  M44f twice;
+  twice.setScale(2);
+  const auto fineGroups = [&](float length, bool inObjectSpace, int pixels) {
+    Diced diced(mesh, pixels, twice);
+    diced.input.length = length, diced.input.inObjectSpace = inObjectSpace;
+    diced.groups();
+    size_t fine = 0;
+    for (uint32_t k = 0; k < diced.table.size(); ++k) fine += diced.table[k].group == 1;
+    return fine;
+  };
+  const size_t world = fineGroups(0.1f, false, 20);
+  EXPECT_EQ(world, fineGroups(0.05f, true, 20));
+  EXPECT_EQ(world, fineGroups(0.1f, false, 2000));
+  EXPECT_GT(world, 40u * 40 / 2);  // micropolygons on the square of 4 by 4
+  EXPECT_LT(world, 40u * 40 * 2.5);
+}
+
 TEST(FaceGroups, LargeFacesKeepPatchesOfTheirOwn) {
   // One half of the mesh is made ten thousand times as large as the other.
   Mesh mesh(64, rough);
