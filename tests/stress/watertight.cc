@@ -43,6 +43,7 @@ uint64_t countEscapes(const Scene& scene, uint64_t rays, ErrorHandler& errors) {
       ray.origin = onSphere(random(0), random(1)) * (kRadius * std::cbrt(random(2)));
       ray.direction = onSphere(random(3), random(4));
       ray.mask = kDiffuseRay;
+      if (world.geometry().moves()) ray.mask = kCameraRay, ray.time = random(5);
       if (world.accel().intersect(ray).valid()) continue;
       if (escaped++ >= kShown) continue;
       const std::scoped_lock lock(output);
