@@ -165,7 +165,7 @@ std::vector<DicePose> Geometry::dicePoses(uint32_t index) const {
   const uint32_t segments = traced_[p.traced].segments;
   std::vector<DicePose> poses;
   for (size_t k = 1; k <= kPoses; ++k) {
-    const uint32_t step = segments * static_cast<uint32_t>(k) / kPoses;
+    const auto step = static_cast<uint32_t>(segments * k / kPoses);
     DicePose pose{nullptr, toMeshAt(p.traced, step)};
     if (places)
       pose.objectToWorld = pose.objectToWorld * M44f((*places)[(places->size() - 1) * k / kPoses].matrix());
