@@ -10,6 +10,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "renderer/accel/deferred_units.h"
 #include "renderer/accel/embree_scene.h"
 #include "renderer/accel/solid_walk.h"
 #include "renderer/base/statistics.h"
@@ -22,6 +23,8 @@ STAT_COUNTER("Rays/diffuse", diffuseRays);
 STAT_COUNTER("Rays/specular", specularRays);
 STAT_COUNTER("Rays/transmission", transmissionRays);
 STAT_COUNTER("Rays/with a time", timedRays);
+STAT_COUNTER("Rays/units waited for by batches", waitedUnits);
+STAT_COUNTER("Rays/meetings that waited", waitedMeetings);
 STAT_COUNTER("Motion/Embree geometries with time steps", timedGeometries);
 
 void count(uint32_t mask, int64_t n) {
@@ -41,12 +44,19 @@ void count(uint32_t mask, int64_t n) {
   }
 }
 
-RTCRayHit toEmbree(const Ray& ray) {
+void count(std::span<const Ray> rays) {
+  for (size_t begin = 0, end = 0; begin < rays.size(); begin = end) {
+    while (end < rays.size() && rays[end].mask == rays[begin].mask) timedRays += rays[end++].time > 0;
+    count(rays[begin].mask, static_cast<int64_t>(end - begin));
+  }
+}
+
+RTCRayHit toEmbree(const Ray& ray, uint32_t id = 0) {
   RTCRayHit r;
   r.ray.org_x = ray.origin.x, r.ray.org_y = ray.origin.y, r.ray.org_z = ray.origin.z;
   r.ray.dir_x = ray.direction.x, r.ray.dir_y = ray.direction.y, r.ray.dir_z = ray.direction.z;
   r.ray.tnear = ray.tNear, r.ray.tfar = ray.tFar;
-  r.ray.time = ray.time, r.ray.mask = ray.mask, r.ray.id = 0, r.ray.flags = 0;
+  r.ray.time = ray.time, r.ray.mask = ray.mask, r.ray.id = id, r.ray.flags = 0;
   r.hit.geomID = r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   return r;
 }
@@ -67,12 +77,51 @@ const EmbreeScene& sceneOf(const Tessellation& tessellation) {
   return static_cast<const UnitTracer&>(*tessellation.tracer).scene;
 }
 
-/// A query's context, extended by the reader that keeps what it meets.
+/// A query's context, extended by the reader that keeps what it meets, and by what it leaves for later.
 struct Context {
   RTCIntersectContext embree;
   TessellationCache::Reader* reader = nullptr;
-  explicit Context(TessellationCache::Reader* r) : reader(r) { rtcInitIntersectContext(&embree); }
+  DeferredUnits* deferred = nullptr;  ///< null: what is not there is made at once
+  explicit Context(TessellationCache::Reader* r, DeferredUnits* d = nullptr) : reader(r), deferred(d) {
+    rtcInitIntersectContext(&embree);
+  }
+  /// Null: the ray will be tested against the unit later.
+  const Tessellation* unit(uint32_t unit, const RTCRay& ray) {
+    if (!deferred) return &reader->get(unit);
+    const Tessellation* const known = reader->find(unit);
+    if (!known) deferred->add(unit, ray, embree.instID[0]);
+    return known;
+  }
 };
+
+/// A ray against a unit that is there; a hit names the traced surface and its face.
+bool intersectFacets(const Geometry& geometry, uint32_t unit, const Tessellation& met, Context& context,
+                     RTCRayHit& ray) {
+  const EmbreeScene& scene = sceneOf(met);
+  const uint32_t solid = geometry.units()[unit].solid;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  FaceOwner owner;
+  if (solid == kNone) {
+    rtcIntersect1(scene.scene(), &context.embree, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    owner = scene.ownerOf(ray.hit.geomID, ray.hit.primID, ray.hit.u, ray.hit.v);
+  } else if (!intersectSolid(scene, solid, context.embree.instID[0], ray, owner)) {
+    return false;
+  }
+  ray.hit.geomID = kFirstTraced + owner.traced;
+  ray.hit.primID = owner.face;
+  return true;
+}
+
+void occludeFacets(const Geometry& geometry, uint32_t unit, const Tessellation& met, Context& context,
+                   RTCRay& ray) {
+  const EmbreeScene& scene = sceneOf(met);
+  const uint32_t solid = geometry.units()[unit].solid;
+  if (solid == kNone)
+    rtcOccluded1(scene.scene(), &context.embree, &ray);
+  else
+    occludeBySolid(scene, solid, context.embree.instID[0], ray);
+}
 
 /// Steps of a movement, in the terms of Embree: translation * rotation * scale and skew, for columns.
 void setSteps(RTCGeometry shape, const std::vector<TransformParts>& steps) {
@@ -110,25 +159,15 @@ void boundUnit(const RTCBoundsFunctionArguments* args) {
 void intersectUnit(const RTCIntersectFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask,
-                 solid = list.geometry->units()[unit].solid;
+  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask;
+  Context& context = *reinterpret_cast<Context*>(args->context);
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
     if ((RTCRayN_mask(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) & visibility) == 0) continue;
     RTCRayHit ray = rtcGetRayHitFromRayHitN(args->rayhit, args->N, k);
-    const EmbreeScene& scene = sceneOf(reinterpret_cast<Context*>(args->context)->reader->get(unit));
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     if (list.frozen) ray.ray.time = 0;
-    FaceOwner owner;
-    if (solid == kNone) {
-      rtcIntersect1(scene.scene(), args->context, &ray);
-      if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-      owner = scene.ownerOf(ray.hit.geomID, ray.hit.primID, ray.hit.u, ray.hit.v);
-    } else if (!intersectSolid(scene, solid, args->context->instID[0], ray, owner)) {
-      continue;
-    }
-    ray.hit.geomID = kFirstTraced + owner.traced;
-    ray.hit.primID = owner.face;
+    const Tessellation* const met = context.unit(unit, ray.ray);
+    if (!met || !intersectFacets(*list.geometry, unit, *met, context, ray)) continue;
     RTCRayN_tfar(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) = ray.ray.tfar;
     rtcCopyHitToHitN(RTCRayHitN_HitN(args->rayhit, args->N), &ray.hit, args->N, k);
   }
@@ -137,18 +176,16 @@ void intersectUnit(const RTCIntersectFunctionNArguments* args) {
 void occludeUnit(const RTCOccludedFunctionNArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
   const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask,
-                 solid = list.geometry->units()[unit].solid;
+  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask;
+  Context& context = *reinterpret_cast<Context*>(args->context);
   for (unsigned k = 0; k < args->N; ++k) {
     if (args->valid[k] == 0) continue;
     RTCRay ray = rtcGetRayFromRayN(args->ray, args->N, k);
     if ((ray.mask & visibility) == 0) continue;
-    const Tessellation& met = reinterpret_cast<Context*>(args->context)->reader->get(unit);
     if (list.frozen) ray.time = 0;
-    if (solid == kNone)
-      rtcOccluded1(sceneOf(met).scene(), args->context, &ray);
-    else
-      occludeBySolid(sceneOf(met), solid, args->context->instID[0], ray);
+    const Tessellation* const met = context.unit(unit, ray);
+    if (!met) continue;
+    occludeFacets(*list.geometry, unit, *met, context, ray);
     RTCRayN_tfar(args->ray, args->N, k) = ray.tfar;
   }
 }
@@ -221,10 +258,22 @@ struct Accel::Scenes {
     const float cosine = std::abs(normalizedOr(normal, V3f(0, 0, 0)).dot(ray.direction)) / length;
     return t + roundingBound(64) * magnitude / (length * std::max(cosine, 1.0f / 64));
   }
+  Hit toHit(const RTCRayHit& r, const Ray& ray) const {
+    return toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0],
+                 {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray);
+  }
+  template <class Trace>
+  void traceBatch(std::span<const Ray> rays, size_t step, std::span<Hit> hits, Trace trace) const;
+  void resolve(std::span<const Ray> rays, std::span<Hit> hits, std::vector<uint32_t>& ties) const;
+  void resolve(std::span<const Ray> rays, std::span<uint8_t> occluded) const;
+  /// Batches leave units for later.
+  bool defers() const { return hasUnits && geometry->tessellations().isTight(); }
   std::unique_ptr<EmbreeScene> makeGroup(uint32_t first, uint32_t end);
   void attachUnits(EmbreeScene& scene, UnitList list);
   void attachInstances();
   std::unique_ptr<Tessellation> tessellate(uint32_t unit) const;
+  void trace(uint32_t unit, std::unique_ptr<Tessellation>& made) const;
+  size_t guessBytes(uint32_t unit) const;
 };
 
 std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t first, uint32_t end) {
@@ -326,17 +375,36 @@ void Accel::Scenes::attachInstances() {
 
 // Called from within a traversal: nothing may be thrown.
 std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
-  std::unique_ptr<Tessellation> made;
+  try {
+    return geometry->tessellate(unit);
+  } catch (const std::exception& error) {
+    return geometry->leaveOut(unit, error.what());
+  }
+}
+
+// Embree takes about so many bytes for a facet of a grid and for a triangle or quad of its own while it
+// builds, and half of them afterwards. Measured on grids of 1 to 256 facets; triangles: bench_dense.
+size_t Accel::Scenes::guessBytes(uint32_t unit) const {
+  constexpr size_t kGridFacet = 36, kFace = 120, kScene = 12288;
+  try {
+    const auto [facets, vertices, faces] = geometry->sizeOf(unit);
+    return kScene + kGridFacet * facets + sizeof(V3f) * vertices + kFace * faces;
+  } catch (const std::exception&) {
+    return 0;  // making it will fail in the same way, and say so
+  }
+}
+
+// Called from within a traversal: nothing may be thrown.
+void Accel::Scenes::trace(uint32_t unit, std::unique_ptr<Tessellation>& made) const {
   std::string trouble;
   try {
-    made = geometry->tessellate(unit);
     auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, instanceNumbers);
     const std::vector<uint32_t>& members = geometry->units()[unit].members;
     const std::span<const uint32_t> faces = geometry->units()[unit].faces;
     for (size_t m = 0; m < members.size(); ++m) {
       if (made->members[m].rates)
         tracer->scene.addFacets(members[m], made->members[m], *made);
-      else
+      else if (!made->isLeftOut)
         tracer->scene.addFlat(members[m], faces);
     }
     tracer->scene.attach();
@@ -346,12 +414,11 @@ std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
   } catch (const std::exception& error) {
     trouble = error.what();
   }
-  if (trouble.empty()) return made;
+  if (trouble.empty()) return;
   made = geometry->leaveOut(unit, trouble);
   auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, instanceNumbers);
   rtcCommitScene(tracer->scene.scene());
   made->tracer = std::move(tracer);
-  return made;
 }
 
 Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
@@ -360,15 +427,20 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
   s.device = rtcNewDevice(nullptr);
   s.unitDevice = rtcNewDevice(nullptr);
   if (!s.device || !s.unitDevice) throw std::runtime_error("Embree could not be started");
+  geometry.tessellations().setMaker(
+      {[&s](uint32_t unit) { return s.tessellate(unit); },
+       [&s](uint32_t unit, std::unique_ptr<Tessellation>& made) { s.trace(unit, made); },
+       [&s] { return static_cast<size_t>(std::max<int64_t>(s.unitBytes, 0)); },
+       [&s](uint32_t unit) { return s.guessBytes(unit); }});
   rtcSetDeviceMemoryMonitorFunction(
       s.unitDevice,
       [](void* scenes, ssize_t bytes, bool) {
-        static_cast<Scenes*>(scenes)->unitBytes += bytes;
+        auto& own = *static_cast<Scenes*>(scenes);
+        own.unitBytes += bytes;
+        if (bytes > 0) own.geometry->tessellations().notePeak();
         return true;
       },
       &s);
-  geometry.tessellations().setMaker([&s](uint32_t unit) { return s.tessellate(unit); },
-                                    [&s] { return static_cast<size_t>(std::max<int64_t>(s.unitBytes, 0)); });
 
   uint32_t worldEnd = 0;
   while (worldEnd < geometry.traced().size() && geometry.traced()[worldEnd].group == kNone) ++worldEnd;
@@ -389,40 +461,140 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
 Accel::~Accel() = default;
 
 Hit Accel::intersect(const Ray& ray) const {
-  count(ray.mask, 1);
-  if (ray.time > 0) ++timedRays;
-  RTCRayHit r = toEmbree(ray);
-  const auto trace = [&](TessellationCache::Reader* reader) {
-    Context context(reader);
-    rtcIntersect1(scenes_->world->scene(), &context.embree, &r);
-    return scenes_->toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0],
-                          {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray);
-  };
-  if (!scenes_->hasUnits) return trace(nullptr);
-  TessellationCache::Reader reader(scenes_->geometry->tessellations());
-  return trace(&reader);
+  Hit hit;
+  intersect({&ray, 1}, {&hit, 1});
+  return hit;
 }
 
 bool Accel::occluded(const Ray& ray) const {
-  count(ray.mask, 1);
-  if (ray.time > 0) ++timedRays;
-  RTCRayHit r = toEmbree(ray);
-  const auto trace = [&](TessellationCache::Reader* reader) {
-    Context context(reader);
-    rtcOccluded1(scenes_->world->scene(), &context.embree, &r.ray);
-    return r.ray.tfar < 0;
+  uint8_t met;
+  occluded({&ray, 1}, {&met, 1});
+  return met != 0;
+}
+
+namespace {
+/// Of the batch that a thread traces.
+thread_local DeferredUnits deferredUnits;
+}  // namespace
+
+/// trace(k, context) traces the `step` rays from k on. Whether units are deferred makes no difference to what
+/// is found: among surfaces at exactly the same distance the traversal chooses, so there it is repeated.
+template <class Trace>
+void Accel::Scenes::traceBatch(std::span<const Ray> rays, size_t step, std::span<Hit> hits,
+                               Trace trace) const {
+  if (!hasUnits) {
+    Context context(nullptr);
+    for (size_t k = 0; k < rays.size(); k += step) trace(k, context);
+    return;
+  }
+  const auto traceNow = [&](size_t k, DeferredUnits* deferred) {
+    TessellationCache::Reader reader(geometry->tessellations());
+    Context context(&reader, deferred);
+    trace(k, context);
   };
-  if (!scenes_->hasUnits) return trace(nullptr);
-  TessellationCache::Reader reader(scenes_->geometry->tessellations());
-  return trace(&reader);
+  if (!defers() || rays.size() == 1) {
+    for (size_t k = 0; k < rays.size(); k += step) traceNow(k, nullptr);
+    return;
+  }
+  thread_local std::vector<uint32_t> ties;
+  ties.clear(), deferredUnits.begin(rays);
+  for (size_t k = 0; k < rays.size(); k += step) {
+    traceNow(k, &deferredUnits);
+    if (deferredUnits.isFull()) resolve(rays, hits, ties);
+  }
+  resolve(rays, hits, ties);
+  for (const uint32_t k : ties) traceNow(k / step * step, nullptr);
+}
+
+void Accel::Scenes::resolve(std::span<const Ray> rays, std::span<Hit> hits,
+                            std::vector<uint32_t>& ties) const {
+  deferredUnits.forEachUnit([&](std::span<const DeferredUnits::Meeting> meetings) {
+    const uint32_t unit = meetings[0].unit;
+    const auto reaches = [&](const DeferredUnits::Meeting& m) {
+      return DeferredUnits::mayMeet(deferredUnits.localRay(m), geometry->units()[unit],
+                                    std::min(hits[m.ray].t, rays[m.ray].tFar));
+    };
+    if (std::none_of(meetings.begin(), meetings.end(), reaches)) return;
+    ++waitedUnits;
+    waitedMeetings += static_cast<int64_t>(meetings.size());
+    TessellationCache::Reader reader(geometry->tessellations());
+    Context context(&reader);
+    const Tessellation& met = reader.get(unit);
+    for (const DeferredUnits::Meeting& m : meetings) {
+      Hit& hit = hits[m.ray];
+      if (!reaches(m)) continue;
+      const DeferredUnits::LocalRay at = deferredUnits.localRay(m);
+      RTCRayHit r = toEmbree(
+          {at.origin, at.direction, at.tNear, std::min(hit.t, rays[m.ray].tFar), rays[m.ray].mask, at.time});
+      context.embree.instID[0] = at.instance;
+      if (!intersectFacets(*geometry, unit, met, context, r)) continue;
+      if (hit.valid() && r.ray.tfar == hit.t)
+        ties.push_back(m.ray);
+      else
+        hit = toHit(r, rays[m.ray]);
+    }
+  });
+}
+
+void Accel::Scenes::resolve(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
+  deferredUnits.forEachUnit([&](std::span<const DeferredUnits::Meeting> meetings) {
+    const uint32_t unit = meetings[0].unit;
+    const auto isOpen = [&](const DeferredUnits::Meeting& m) { return occluded[m.ray] == 0; };
+    if (std::none_of(meetings.begin(), meetings.end(), isOpen)) return;
+    ++waitedUnits;
+    waitedMeetings += static_cast<int64_t>(meetings.size());
+    TessellationCache::Reader reader(geometry->tessellations());
+    Context context(&reader);
+    const Tessellation& met = reader.get(unit);
+    for (const DeferredUnits::Meeting& m : meetings) {
+      if (!isOpen(m)) continue;
+      const DeferredUnits::LocalRay at = deferredUnits.localRay(m);
+      RTCRayHit r =
+          toEmbree({at.origin, at.direction, at.tNear, rays[m.ray].tFar, rays[m.ray].mask, at.time});
+      context.embree.instID[0] = at.instance;
+      occludeFacets(*geometry, unit, met, context, r.ray);
+      occluded[m.ray] = r.ray.tfar < 0;
+    }
+  });
+}
+
+void Accel::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+  count(rays);
+  scenes_->traceBatch(rays, 1, hits, [&](size_t k, Context& context) {
+    RTCRayHit r = toEmbree(rays[k], static_cast<uint32_t>(k));
+    rtcIntersect1(scenes_->world->scene(), &context.embree, &r);
+    hits[k] = scenes_->toHit(r, rays[k]);
+  });
+}
+
+void Accel::occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
+  count(rays);
+  const Scenes& s = *scenes_;
+  const bool defers = s.defers() && rays.size() > 1;
+  const auto trace = [&](size_t k, TessellationCache::Reader* reader) {
+    Context context(reader, defers ? &deferredUnits : nullptr);
+    RTCRayHit r = toEmbree(rays[k], static_cast<uint32_t>(k));
+    rtcOccluded1(s.world->scene(), &context.embree, &r.ray);
+    occluded[k] = r.ray.tfar < 0;
+  };
+  deferredUnits.begin(rays);
+  for (size_t k = 0; k < rays.size(); ++k) {
+    if (!s.hasUnits) {
+      trace(k, nullptr);
+      continue;
+    }
+    {
+      TessellationCache::Reader reader(s.geometry->tessellations());
+      trace(k, &reader);
+    }
+    if (deferredUnits.isFull()) s.resolve(rays, occluded);
+  }
+  if (!deferredUnits.isEmpty()) s.resolve(rays, occluded);
 }
 
 void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const {
-  if (rays.empty()) return;
-  count(rays[0].mask, static_cast<int64_t>(rays.size()));
-  timedRays += std::count_if(rays.begin(), rays.end(), [](const Ray& ray) { return ray.time > 0; });
-  const auto trace = [&](size_t base, TessellationCache::Reader* reader) {
-    Context context(reader);
+  count(rays);
+  scenes_->traceBatch(rays, 16, hits, [&](size_t base, Context& context) {
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     alignas(64) int valid[16];
     RTCRayHit16 p;
@@ -433,23 +605,16 @@ void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const 
       p.ray.org_x[k] = ray.origin.x, p.ray.org_y[k] = ray.origin.y, p.ray.org_z[k] = ray.origin.z;
       p.ray.dir_x[k] = ray.direction.x, p.ray.dir_y[k] = ray.direction.y, p.ray.dir_z[k] = ray.direction.z;
       p.ray.tnear[k] = ray.tNear, p.ray.tfar[k] = ray.tFar, p.ray.time[k] = ray.time;
-      p.ray.mask[k] = ray.mask, p.ray.id[k] = 0, p.ray.flags[k] = 0;
+      p.ray.mask[k] = k < n ? ray.mask : 0, p.ray.id[k] = static_cast<uint32_t>(base + k), p.ray.flags[k] = 0;
       p.hit.geomID[k] = p.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
+    // Lanes that are not valid come to user geometry all the same: those have no mask.
     rtcIntersect16(valid, scenes_->world->scene(), &context.embree, &p);
     for (size_t k = 0; k < n; ++k)
       hits[base + k] =
           scenes_->toHit(p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.geomID[k], p.hit.primID[k],
                          p.hit.instID[0][k], {p.hit.Ng_x[k], p.hit.Ng_y[k], p.hit.Ng_z[k]}, rays[base + k]);
-  };
-  for (size_t base = 0; base < rays.size(); base += 16) {
-    if (!scenes_->hasUnits) {
-      trace(base, nullptr);
-      continue;
-    }
-    TessellationCache::Reader reader(scenes_->geometry->tessellations());
-    trace(base, &reader);
-  }
+  });
 }
 
 V3f leave(const Facet& facet, const V3f& direction) {

@@ -38,7 +38,13 @@ class Accel {
 
   Hit intersect(const Ray& ray) const;  ///< [any thread]
   bool occluded(const Ray& ray) const;  ///< [any thread] anything between tNear and tFar
-  /// Rays in groups of sixteen; pays for coherent ones. hits.size() == rays.size(). [any thread]
+  /// Many rays, each by itself: the same as one call for each. Where facets go and come back for want of
+  /// memory, a batch has each unit made once; so batches had better be large. hits.size() == rays.size().
+  /// [any thread]
+  void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
+  void occluded(std::span<const Ray> rays,
+                std::span<uint8_t> occluded) const;  ///< likewise; 1 = met something
+  /// Rays in groups of sixteen; pays for coherent ones. [any thread]
   void intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const;
 
  private:

@@ -75,7 +75,8 @@ float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCa
   float least = 8;
   if (const auto* mesh = std::get_if<SubdivisionMesh>(&primitive.shape))
     least = 4 * static_cast<float>(mesh->vertsPerFace.size());
-  return std::max(least, std::min(pixels * pixels / 8, 16384.0f));
+  // Chords within a twentieth of a pixel of a sphere, rounded up to powers of two.
+  return std::max(least, std::min(24 * pixels, 16384.0f));
 }
 
 }  // namespace
@@ -278,7 +279,11 @@ Box3f Geometry::boundInMesh(const TracedSurface& traced) const {
 }
 
 void Geometry::makeUnits() {
-  constexpr float kFacets = 2048;  // wanted in a unit: enough that its structure is not mostly overhead
+  // Facets wanted in a unit: enough that its structure is not mostly overhead, few enough that a small budget
+  // holds several.
+  constexpr float kMostFacets = 2048, kLeastFacets = 64, kFacetBytes = 64, kUnitsInBudget = 16;
+  const float budget = 1024 * static_cast<float>(std::max(scene_.options.geometryCacheKb, 0));
+  const float wanted = std::clamp(budget / (kFacetBytes * kUnitsInBudget), kLeastFacets, kMostFacets);
   struct Key {
     uint32_t group, visibility;
     bool oneSided;
@@ -309,14 +314,14 @@ void Geometry::makeUnits() {
                     mortonCode(transformed(traced.bound, traced.toMesh).center(), all), k});
   }
   std::sort(keys.begin(), keys.end());
-  float facets = kFacets;
+  float facets = wanted;
   for (size_t i = 0; i < keys.size(); ++i) {
     const Key& key = keys[i];
     TracedSurface& traced = traced_[key.traced];
     const auto kind = [](const Key& a) {
       return std::tie(a.group, a.visibility, a.oneSided, a.segments, a.sampleMotion);
     };
-    if (facets >= kFacets || kind(keys[i - 1]) != kind(key)) {
+    if (facets >= wanted || kind(keys[i - 1]) != kind(key)) {
       units_.push_back({{}, {}, key.visibility, key.oneSided, key.segments, key.sampleMotion, {}});
       facets = 0;
     }
@@ -401,6 +406,22 @@ const SurfaceRates& Geometry::rates(uint32_t k) const {
   return *rates_[k];
 }
 
+Geometry::UnitSize Geometry::sizeOf(uint32_t index) const {
+  const SurfaceUnit& unit = units_[index];
+  UnitSize size;
+  for (const uint32_t k : unit.members) {
+    if (!isTessellated(k)) {
+      size.faces += unit.faces.empty() ? surface(k).faceCount() : unit.faces.size();
+      continue;
+    }
+    for (const TileRates& r : rates(k).tiles) {
+      size.facets += size_t{1} << (r.u + r.v);
+      size.vertices += r.vertices() * (unit.segments + 1);
+    }
+  }
+  return size;
+}
+
 std::unique_ptr<Tessellation> Geometry::tessellate(uint32_t index) const {
   const SurfaceUnit& unit = units_[index];
   auto result = std::make_unique<Tessellation>();
@@ -446,6 +467,7 @@ std::unique_ptr<Tessellation> Geometry::leaveOut(uint32_t index, std::string_vie
                  fmt::format("{} primitive(s) from here on are left out: {}", unit.members.size(), why));
   auto result = std::make_unique<Tessellation>();
   result->members.resize(unit.members.size());
+  result->isLeftOut = true;
   return result;
 }
 

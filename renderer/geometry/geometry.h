@@ -2,6 +2,7 @@
 // All geometry of a frame: the surface of every primitive, its facets for tracing, and where each is placed.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <functional>
@@ -146,6 +147,22 @@ class Geometry {
   TessellationCache& tessellations() const { return *tessellations_; }
   /// The facets of a unit, without a tracer. [any thread]
   std::unique_ptr<Tessellation> tessellate(uint32_t unit) const;
+  /// Puts what is going to be looked at in the order of the units that hold it, when facets have to go and
+  /// come back: then each is made once. `placementOf` an element. [any thread]
+  template <class PlacementOf>
+  void orderByUnit(std::span<uint32_t> which, PlacementOf placementOf) const {
+    if (!tessellations_->isTight()) return;
+    const auto key = [&](uint32_t k) {
+      return uint64_t{traced_[placements_[placementOf(k)].traced].unit} << 32 | k;
+    };
+    std::sort(which.begin(), which.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
+  }
+  /// How large the tessellation of a unit will be; by the thread that is about to make it.
+  struct UnitSize {
+    size_t facets = 0, vertices = 0;
+    size_t faces = 0;  ///< flat ones, which are traced as they are
+  };
+  UnitSize sizeOf(uint32_t unit) const;
   /// Says that a unit could not be made and is left out; returns what stands for it. [any thread]
   std::unique_ptr<Tessellation> leaveOut(uint32_t unit, std::string_view why) const;
 

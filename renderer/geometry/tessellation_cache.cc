@@ -87,13 +87,15 @@ void TessellationCache::clear() {
   for (Unit& unit : units_) delete unit.resident.exchange(nullptr);
   resident_.clear();
   bytes_ = 0;
-  make_ = nullptr;
-  measure_ = nullptr;
+  maker_ = {};
 }
 
-void TessellationCache::setMaker(Make make, Measure measure) {
-  make_ = std::move(make);
-  measure_ = std::move(measure);
+void TessellationCache::setMaker(Maker maker) { maker_ = std::move(maker); }
+
+void TessellationCache::notePeak() const {
+  size_t peak = peak_;
+  for (const size_t now = used(); now > peak && !peak_.compare_exchange_weak(peak, now);) {
+  }
 }
 
 size_t TessellationCache::bytesOfAll() const {
@@ -106,16 +108,21 @@ void TessellationCache::load(uint32_t index) const {
   Unit& unit = units_[index];
   const std::scoped_lock lock(unit.mutex);
   if (unit.resident.load()) return;
-  makeRoom(unit.bytes);
-  const size_t before = measure_();
+  const size_t wanted = maker_.guess(index);
+  reserve(wanted);
+  const size_t before = maker_.measure();
   std::unique_ptr<Tessellation> made;
   // Tasks of others must not run here meanwhile: they might want this very unit.
-  tbb::this_task_arena::isolate([&] { made = make_(index); });
-  bytes_ += made->bytes();
-  unit.bytes = std::max(measure_(), before) - before + made->bytes();
-  size_t peak = peak_;
-  for (const size_t now = used(); now > peak && !peak_.compare_exchange_weak(peak, now);) {
-  }
+  tbb::this_task_arena::isolate([&] {
+    made = maker_.make(index);
+    const size_t vertices = made->bytes();
+    bytes_ += vertices;
+    notePeak();
+    maker_.trace(index, made);
+    bytes_ += made->bytes() - vertices;
+  });
+  notePeak();
+  unit.bytes = std::max(maker_.measure(), before) - before + made->bytes();
   const bool again = unit.made.exchange(true);
   ++(again ? unitsMadeAgain : unitsMade);
   madeAgain_ += again;
@@ -125,31 +132,49 @@ void TessellationCache::load(uint32_t index) const {
     const std::scoped_lock evictLock(evictMutex_);
     resident_.push_back(index);
   }
-  makeRoom(0);
+  {
+    const std::scoped_lock reserveLock(reserveMutex_);
+    reserved_ -= wanted;
+    --makings_;
+  }
+  makingEnded_.notify_all();
 }
 
-// Drops what was met least recently until `bytes` more fit; a little more than that, so that it is not done
-// for every unit.
-void TessellationCache::makeRoom(size_t bytes) const {
-  while (used() + bytes > budget_) {
-    std::vector<std::unique_ptr<const Tessellation>> dropped;
-    {
-      const std::scoped_lock lock(evictMutex_);
-      if (resident_.size() <= 1) return;  // the last one is being asked for
-      const size_t count = std::max<size_t>(resident_.size() / 16, 1);
-      // By a copy of when they were met: Readers go on writing that.
-      std::vector<std::pair<uint32_t, uint32_t>> order;
-      for (const uint32_t unit : resident_) order.emplace_back(units_[unit].lastMet, unit);
-      std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(count) - 1, order.end());
-      for (size_t k = 0; k < count; ++k)
-        dropped.emplace_back(units_[order[k].second].resident.exchange(nullptr));
-      resident_.clear();
-      for (size_t k = count; k < order.size(); ++k) resident_.push_back(order[k].second);
-    }
-    unitsDropped += static_cast<int64_t>(dropped.size());
-    Epochs::all().waitForReaders();
-    for (const auto& tessellation : dropped) bytes_ -= tessellation->bytes();
+/// Waits until a unit of so many bytes may be made, and drops others for it.
+void TessellationCache::reserve(size_t bytes) const {
+  std::unique_lock lock(reserveMutex_);
+  while (makings_ > 0 || used() > 0) {
+    if (used() + reserved_ + bytes <= budget_) break;
+    // Who makes room has the lock: two would drop twice as much as is needed.
+    if (dropSome()) continue;
+    if (makings_ == 0) break;
+    makingEnded_.wait(lock);
   }
+  reserved_ += bytes;
+  ++makings_;
+}
+
+/// Drops what was met least recently; a little more than the last one, so that it is not done for every unit.
+bool TessellationCache::dropSome() const {
+  std::vector<std::unique_ptr<const Tessellation>> dropped;
+  {
+    const std::scoped_lock lock(evictMutex_);
+    if (resident_.empty()) return false;
+    const size_t count = std::max<size_t>(resident_.size() / 16, 1);
+    // By a copy of when they were met: Readers go on writing that.
+    std::vector<std::pair<uint32_t, uint32_t>> order;
+    for (const uint32_t unit : resident_) order.emplace_back(units_[unit].lastMet, unit);
+    std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(count) - 1, order.end());
+    for (size_t k = 0; k < count; ++k)
+      dropped.emplace_back(units_[order[k].second].resident.exchange(nullptr));
+    resident_.clear();
+    for (size_t k = count; k < order.size(); ++k) resident_.push_back(order[k].second);
+  }
+  tight_ = true;
+  unitsDropped += static_cast<int64_t>(dropped.size());
+  Epochs::all().waitForReaders();
+  for (const auto& tessellation : dropped) bytes_ -= tessellation->bytes();
+  return true;
 }
 
 }  // namespace patina

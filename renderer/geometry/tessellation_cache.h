@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -31,6 +32,7 @@ struct Tessellation {
   std::vector<uint32_t> first;    ///< by tile of all members: its first vertex
   std::vector<V3f> vertices;      ///< mesh space, rows along u; room for one more behind the last
   std::vector<uint32_t> normals;  ///< of displaced members, by vertex, mesh space; see packNormal()
+  bool isLeftOut = false;         ///< nothing of it is traced
   size_t stride = 0;  ///< of a unit that moves: vertices of one time step; those of the next stand behind
   std::unique_ptr<Tracer> tracer;  ///< may view the vertices; the last member, so that it goes first
 
@@ -44,15 +46,26 @@ struct Tessellation {
 /// and again whenever it is asked for after it had to go; those that were met least recently go first. What a
 /// tessellation holds is a function of its unit alone.
 ///
+/// The budget holds at every moment: room is made before a unit is, for as many bytes as the maker guesses
+/// that making it takes, and a unit waits while others are being made that leave it none. Only a unit that is
+/// larger than the budget by itself exceeds it.
+///
 /// Readers take no lock. What they got stays until their Reader ends (epoch-based reclamation, K. Fraser
 /// 2004, section 5.2.3): whoever drops a tessellation unlinks it, and frees it when every Reader that began
 /// before has ended or is itself waiting for a tessellation.
 class TessellationCache {
  public:
-  /// Makes the tessellation of a unit. [any thread; different units at the same time]
-  using Make = std::function<std::unique_ptr<Tessellation>(uint32_t unit)>;
-  /// Bytes of all tracers, those that are being made included. [any thread]
-  using Measure = std::function<size_t()>;
+  struct Maker {
+    /// Makes the facets of a unit. [any thread; different units at the same time]
+    std::function<std::unique_ptr<Tessellation>(uint32_t unit)> make;
+    /// Gives them a tracer, or leaves the unit out. [any thread]
+    std::function<void(uint32_t unit, std::unique_ptr<Tessellation>&)> trace;
+    /// Bytes of all tracers, those that are being made included. [any thread]
+    std::function<size_t()> measure;
+    /// About how many bytes are in use while a unit is being made, tracer included: rather too many than too
+    /// few. [one thread at a time for a unit]
+    std::function<size_t(uint32_t unit)> guess;
+  };
 
   TessellationCache(size_t units, size_t budget);
   ~TessellationCache();
@@ -60,7 +73,7 @@ class TessellationCache {
   TessellationCache& operator=(const TessellationCache&) = delete;
 
   /// To be called before the first Reader. [main]
-  void setMaker(Make make, Measure measure);
+  void setMaker(Maker maker);
   /// Drops everything, and the maker with it: nobody may read any more. [main]
   void clear();
 
@@ -71,16 +84,20 @@ class TessellationCache {
     ~Reader() { epoch_.store(0, std::memory_order_release); }
     Reader(const Reader&) = delete;
     Reader& operator=(const Reader&) = delete;
+    /// The tessellation of a unit if it is there, else null.
+    const Tessellation* find(uint32_t unit) {
+      Unit& wanted = cache_.units_[unit];
+      const Tessellation* const known = wanted.resident.load();
+      if (!known) return nullptr;
+      const uint32_t clock = cache_.clock_.load(std::memory_order_relaxed);
+      if (wanted.lastMet.load(std::memory_order_relaxed) != clock)
+        wanted.lastMet.store(clock, std::memory_order_relaxed);
+      return known;
+    }
     /// The tessellation of a unit, made now if need be: then what this Reader got before is no longer valid.
     const Tessellation& get(uint32_t unit) {
-      Unit& wanted = cache_.units_[unit];
       for (;;) {
-        if (const Tessellation* known = wanted.resident.load()) {
-          const uint32_t clock = cache_.clock_.load(std::memory_order_relaxed);
-          if (wanted.lastMet.load(std::memory_order_relaxed) != clock)
-            wanted.lastMet.store(clock, std::memory_order_relaxed);
-          return *known;
-        }
+        if (const Tessellation* known = find(unit)) return *known;
         // While it waits a Reader holds nothing, so that nobody waits for it.
         epoch_.store(0, std::memory_order_release);
         cache_.load(unit);
@@ -107,7 +124,11 @@ class TessellationCache {
 
   size_t units() const { return units_.size(); }
   size_t budget() const { return budget_; }
-  size_t peak() const { return peak_; }            ///< most bytes in use whenever a making ended
+  size_t peak() const { return peak_; }  ///< most bytes in use
+  /// Something had to go: who asks for many units had better ask in their order. Never unset. [any thread]
+  bool isTight() const { return tight_.load(std::memory_order_relaxed); }
+  /// Looks at how much is in use now, for peak(). [any thread]
+  void notePeak() const;
   size_t madeAgain() const { return madeAgain_; }  ///< how often units were made that had been dropped
   size_t bytesOfAll() const;                       ///< that all units that were ever made would take [main]
 
@@ -127,13 +148,18 @@ class TessellationCache {
     std::mutex mutex;                   ///< held while it is being made
   };
   void load(uint32_t unit) const;
-  void makeRoom(size_t bytes) const;
-  size_t used() const { return bytes_ + measure_(); }
+  void reserve(size_t bytes) const;
+  bool dropSome() const;
+  size_t used() const { return bytes_ + maker_.measure(); }
 
   mutable std::vector<Unit> units_;
   size_t budget_;
-  Make make_;
-  Measure measure_;
+  Maker maker_;
+  mutable std::mutex reserveMutex_;
+  mutable std::condition_variable makingEnded_;
+  mutable size_t reserved_ = 0;   ///< for units that are being made; guarded by reserveMutex_
+  mutable uint32_t makings_ = 0;  ///< at the moment; guarded by reserveMutex_
+  mutable std::atomic<bool> tight_ = false;
   mutable std::mutex evictMutex_;
   mutable std::vector<uint32_t> resident_;   ///< units; guarded by evictMutex_
   mutable std::atomic<uint32_t> clock_ = 1;  ///< counts makings

@@ -172,8 +172,9 @@ struct World {
       }
     }
     geometry = std::make_unique<Geometry>(scene, camera(), messages.handler, &displacer);
-    geometry->tessellations().setMaker([this](uint32_t unit) { return geometry->tessellate(unit); },
-                                       [] { return size_t{0}; });
+    geometry->tessellations().setMaker({[this](uint32_t unit) { return geometry->tessellate(unit); },
+                                        [](uint32_t, std::unique_ptr<Tessellation>&) {},
+                                        [] { return size_t{0}; }, [](uint32_t) { return size_t{0}; }});
   }
 };
 
