@@ -115,30 +115,37 @@ void PathIntegrator::step(Wave& wave) const {
   const size_t n = wave.paths.size();
   wave.rays.resize(n), wave.hits.resize(n);
   const bool primary = wave.paths[0].vertex == 0;
-  if (primary) {
-    for (size_t k = 0; k < n; ++k) wave.rays[k] = wave.paths[k].ray;
+  for (size_t k = 0; k < n; ++k) wave.rays[k] = wave.paths[k].ray;
+  if (primary)
     world_.accel().intersectMany(wave.rays, wave.hits);
-  } else {
-    for (size_t k = 0; k < n; ++k) wave.hits[k] = world_.accel().intersect(wave.paths[k].ray);
-  }
+  else
+    world_.accel().intersect(wave.rays, wave.hits);
   vertexCount += static_cast<int64_t>(n);
 
   // Rays that left the scene.
   thread_local std::vector<uint32_t> away;
   away.clear();
-  wave.points.clear(), wave.pathOf.clear();
+  wave.pathOf.clear();
   for (uint32_t k = 0; k < n; ++k) {
     Path& path = wave.paths[k];
-    const Hit& hit = wave.hits[k];
-    if (!hit.valid()) {
+    if (!wave.hits[k].valid()) {
       away.push_back(k);
       continue;
     }
-    path.distance += hit.t;
-    path.footprint += path.spread * hit.t;
-    const ShadingPoint point = path.receiver == kNone
-                                   ? world_.seenAt(hit, path.ray.direction, path.footprint)
-                                   : world_.shading().at(hit, path.ray.direction, path.footprint);
+    path.distance += wave.hits[k].t;
+    path.footprint += path.spread * wave.hits[k].t;
+    wave.pathOf.push_back(k);
+  }
+  world_.pointsAt(
+      wave.hits, wave.pathOf,
+      [&](uint32_t k) { return std::pair(wave.paths[k].ray.direction, wave.paths[k].footprint); },
+      wave.points);
+  size_t kept = 0;
+  for (size_t i = 0; i < wave.points.size(); ++i) {
+    const uint32_t k = wave.pathOf[i];
+    Path& path = wave.paths[k];
+    const Hit& hit = wave.hits[k];
+    const ShadingPoint point = path.receiver == kNone ? world_.seenAt(wave.points[i]) : wave.points[i];
     // Light from an area light that the ray met.
     const uint32_t light = world_.attributesOf(hit.placement).areaLight;
     if (light != kNone &&
@@ -160,9 +167,10 @@ void PathIntegrator::step(Wave& wave) const {
       // The ray was sent for lights alone, but surfaces that let light pass do not end it.
       if (world_.shading().isOpaque(hit.placement)) continue;
     }
-    wave.points.push_back(point);
-    wave.pathOf.push_back(k);
+    wave.points[kept] = point;
+    wave.pathOf[kept++] = k;
   }
+  wave.points.resize(kept), wave.pathOf.resize(kept);
   missed(wave, away);
 
   world_.shading().shade(wave.points, ShadingParts::RadiosityAndView, wave.shaded);
@@ -231,10 +239,13 @@ void PathIntegrator::sampleLights(Wave& wave) const {
   thread_local std::vector<V3f> positions;
   thread_local std::vector<V2f> random;
   thread_local std::vector<LightSample> samples;
+  thread_local std::vector<World::ShadowRay> shadowRays;
+  thread_local std::vector<std::pair<uint32_t, Rgb>> contributions;
+  thread_local std::vector<Rgb> visible;
   for (uint32_t light = 0; light < byLight.size(); ++light) {
     const auto& which = byLight[light];
     if (which.empty()) continue;
-    positions.clear(), random.clear();
+    positions.clear(), random.clear(), shadowRays.clear(), contributions.clear();
     for (const uint32_t i : which) {
       const Path& path = wave.paths[wave.pathOf[i]];
       positions.push_back(wave.points[i].P);
@@ -255,9 +266,13 @@ void PathIntegrator::sampleLights(Wave& wave) const {
       const Path& path = wave.paths[wave.pathOf[i]];
       const uint64_t seed = hashOf(path.seed(kTime), path.sample, 1);
       const float time = world_.rayTime(wave.points[i].placement, seed);
-      const Rgb visible = world_.transmittance(wave.points[i].facet(), s, light, time);
-      wave.direct[i] += value.f * s.radiance * visible * (weight / pdf);
+      shadowRays.push_back({wave.points[i].facet(), &s, light, time});
+      contributions.emplace_back(i, value.f * s.radiance * (weight / pdf));
     }
+    visible.resize(shadowRays.size());
+    world_.transmittance(shadowRays, visible);
+    for (size_t k = 0; k < visible.size(); ++k)
+      wave.direct[contributions[k].first] += contributions[k].second * visible[k];
   }
 }
 

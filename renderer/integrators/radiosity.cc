@@ -72,7 +72,10 @@ class RadiosityIntegrator final : public Integrator {
     ShadedPoints shaded;
     // Vertices
     std::unordered_map<uint64_t, uint32_t> known;
-    std::unordered_map<uint64_t, bool> separated;  // by cell
+    std::unordered_map<uint64_t, uint32_t> cellOf;  // index of cells
+    std::vector<RadiosityEngine::Cell> cells;
+    std::vector<uint8_t> separated;                      // by cell
+    std::vector<std::pair<uint32_t, uint32_t>> inCells;  // points, and their cells
     std::vector<RadiosityEngine::Vertex> vertices;
     std::vector<Rgb> values;
     std::vector<VertexWeights> around;
@@ -148,9 +151,17 @@ void RadiosityIntegrator::step(Wave& wave) const {
       continue;
     }
     walk.footprint += walk.spread * hit.t;
-    const ShadingPoint point = walk.receiver == kNone
-                                   ? world_.seenAt(hit, walk.ray.direction, walk.footprint)
-                                   : world_.shading().at(hit, walk.ray.direction, walk.footprint);
+    wave.active.push_back(k);
+  }
+  world_.pointsAt(
+      wave.hits, wave.active,
+      [&](uint32_t k) { return std::pair(wave.walks[k].ray.direction, wave.walks[k].footprint); },
+      wave.points);
+  for (size_t i = 0; i < wave.points.size(); ++i) {
+    const Walk& walk = wave.walks[wave.active[i]];
+    const Hit& hit = wave.hits[wave.active[i]];
+    ShadingPoint& point = wave.points[i];
+    if (walk.receiver == kNone) point = world_.seenAt(point);
     Result& result = wave.results[walk.slot];
     if (walk.receiver == kNone && isBlack(result.seen))
       result.depth = result.depth < kFarDepth ? result.depth * hit.t : result.depth;
@@ -166,8 +177,6 @@ void RadiosityIntegrator::step(Wave& wave) const {
       result.radiance +=
           walk.throughput * world_.lights().emitted(light, point, -walk.ray.direction, uv) * weight;
     }
-    wave.active.push_back(k);
-    wave.points.push_back(point);
   }
   hitCount += static_cast<int64_t>(wave.points.size());
   viewIndependent(wave);
@@ -230,7 +239,8 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   const size_t n = wave.points.size();
   wave.radiosity.assign(n, Rgb(0, 0, 0));
   wave.around.resize(n);
-  wave.known.clear(), wave.separated.clear(), wave.vertices.clear(), wave.byHit.clear();
+  wave.known.clear(), wave.cellOf.clear(), wave.cells.clear(), wave.inCells.clear(), wave.vertices.clear(),
+      wave.byHit.clear();
   wave.met.clear(), wave.groupOf.clear();
   const auto seedOf = [&](uint32_t i) {
     const Walk& walk = wave.walks[wave.active[i]];
@@ -263,17 +273,24 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     const V2f local = patch.toLocal(p.u, p.v);
     VertexWeights& around = wave.around[i] = patch.locate(Level::Fine, local.x, local.y);
     const uint64_t cell = uint64_t{index} << 17 | uint64_t{p.front} << 16 | around.index[0];
-    const auto [apart, isNewCell] = wave.separated.try_emplace(cell, false);
-    if (isNewCell) apart->second = engine_.separated(index, p.front, around);
-    if (apart->second) {
+    const auto [at, isNewCell] = wave.cellOf.try_emplace(cell, static_cast<uint32_t>(wave.cells.size()));
+    if (isNewCell) wave.cells.push_back({index, p.front, around});
+    wave.inCells.emplace_back(i, at->second);
+  }
+  wave.separated.resize(wave.cells.size());
+  engine_.separated(wave.cells, wave.separated);
+  for (const auto& [i, at] : wave.inCells) {
+    VertexWeights& around = wave.around[i];
+    if (wave.separated[at]) {
       around.count = 0;
       wave.byHit.push_back(i);
       continue;
     }
+    const auto& [index, front, ignored] = wave.cells[at];
     for (int k = 0; k < around.count; ++k) {
-      const uint64_t key = uint64_t{index} << 17 | uint64_t{p.front} << 16 | around.index[k];
+      const uint64_t key = uint64_t{index} << 17 | uint64_t{front} << 16 | around.index[k];
       const auto [found, isNew] = wave.known.try_emplace(key, static_cast<uint32_t>(wave.vertices.size()));
-      if (isNew) wave.vertices.push_back({index, p.front, static_cast<uint16_t>(around.index[k])});
+      if (isNew) wave.vertices.push_back({index, front, static_cast<uint16_t>(around.index[k])});
       around.index[k] = found->second;
     }
   }
@@ -290,12 +307,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   wave.requests.clear();
   for (const uint32_t i : wave.byHit) wave.requests.push_back({wave.points[i], seedOf(i)});
   wave.values.resize(wave.requests.size());
-  constexpr size_t kBatch = 512;
-  for (size_t first = 0; first < wave.requests.size(); first += kBatch) {
-    const size_t count = std::min(kBatch, wave.requests.size() - first);
-    engine_.shade(std::span(wave.requests).subspan(first, count), 0, Purpose::Vertex,
-                  std::span(wave.values).subspan(first, count));
-  }
+  engine_.shade(wave.requests, 0, Purpose::Vertex, wave.values);
   for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];
   for (const auto& [i, key] : wave.groupOf) wave.radiosity[i] = wave.radiosity[wave.met.at(key).second];
 }
@@ -323,9 +335,12 @@ void RadiosityIntegrator::specularDirect(Wave& wave) const {
   thread_local std::vector<V3f> positions;
   thread_local std::vector<V2f> random;
   thread_local std::vector<LightSample> samples;
+  thread_local std::vector<World::ShadowRay> shadowRays;
+  thread_local std::vector<std::pair<uint32_t, Rgb>> contributions;
+  thread_local std::vector<Rgb> visible;
   for (uint32_t light = 0; light < byLight.size(); ++light) {
     if (byLight[light].empty()) continue;
-    positions.clear(), random.clear();
+    positions.clear(), random.clear(), shadowRays.clear(), contributions.clear();
     for (const auto& [i, chance] : byLight[light]) {
       const Walk& walk = wave.walks[wave.active[i]];
       positions.push_back(wave.points[i].P);
@@ -347,9 +362,13 @@ void RadiosityIntegrator::specularDirect(Wave& wave) const {
       const Walk& walk = wave.walks[wave.active[i]];
       const uint64_t seed = hashOf(walk.seed(kTime), walk.sample, light);
       const float time = world_.rayTime(wave.points[i].placement, seed);
-      wave.direct[i] += value.f * s.radiance * world_.transmittance(wave.points[i].facet(), s, light, time) *
-                        (weight / pdf);
+      shadowRays.push_back({wave.points[i].facet(), &s, light, time});
+      contributions.emplace_back(i, value.f * s.radiance * (weight / pdf));
     }
+    visible.resize(shadowRays.size());
+    world_.transmittance(shadowRays, visible);
+    for (size_t k = 0; k < visible.size(); ++k)
+      wave.direct[contributions[k].first] += contributions[k].second * visible[k];
   }
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct light, the gather, and the radiosity of points.
+// Radiosity of points and vertices, and their direct light.
 #include "renderer/integrators/radiosity_engine.h"
 
 #include <array>
+#include <tuple>
 
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/radiosity_workspace.h"
@@ -12,20 +13,11 @@ namespace {
 
 STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/points shaded at hits", hitPoints);
-STAT_COUNTER("Radiosity/gather rays", gatherRays);
 
-// Random numbers at a point.
-enum Stream : uint64_t {
-  kGatherStream = 1,
-  kBackGatherStream,
-  kRouletteStream,
-  kChildStream,
-  kTimeStream,
-  kLightStream = 16
-};
+// Random numbers at a point; those of the gather are in radiosity_gather.cc.
+enum Stream : uint64_t { kTimeStream = 5, kLightStream = 16 };
 
 constexpr int kFineShare = 8;
-constexpr int kRouletteDepth = RadiosityEngine::kCachedDepths;
 
 }  // namespace
 
@@ -55,10 +47,24 @@ RadiosityEngine::Workspace& RadiosityEngine::workspace(int nesting) const {
   return *workspaces[static_cast<size_t>(nesting)];
 }
 
+size_t RadiosityEngine::raysAtOnce() const {
+  // Enough that few calls of shaders and look-ups are for a handful of points, and little enough for a cache
+  // of megabytes. Where facets go and come back a batch has each made once, and so it had better be larger.
+  return world_.geometry().tessellations().isTight() ? size_t{1} << 16 : size_t{1} << 13;
+}
+
+size_t RadiosityEngine::pointsAtOnce(int raysOfEach) const {
+  return std::clamp(raysAtOnce() / static_cast<size_t>(std::max(raysOfEach, 1)), size_t{256}, size_t{8192});
+}
+
 void RadiosityEngine::shade(std::span<const Request> requests, int depth, Purpose purpose,
                             std::span<Rgb> out) const {
   hitPoints += static_cast<int64_t>(requests.size());
-  shadeNested(requests, depth, purpose, out, 0);
+  const size_t batch = pointsAtOnce(settings_.rays.diffuse(depth, purpose));
+  for (size_t first = 0; first < requests.size(); first += batch) {
+    const size_t n = std::min(batch, requests.size() - first);
+    shadeNested(requests.subspan(first, n), depth, purpose, out.subspan(first, n), 0);
+  }
 }
 
 void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, Purpose purpose,
@@ -83,6 +89,7 @@ void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, 
 void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Purpose purpose,
                                 Workspace& w) const {
   const Lights& lights = world_.lights();
+  w.shadowRays.clear(), w.shadowed.clear();
   for (uint32_t light = 0; light < lights.count(); ++light) {
     w.which.clear();
     for (uint32_t i = 0; i < requests.size(); ++i) {
@@ -117,116 +124,21 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Pu
                                    : foldedCosine(s.direction, point.N * side, point.Ng * side);
       if (!(cosine > 0)) continue;
       const uint64_t seed = hashOf(requests[i].seed, kTimeStream, light, k % static_cast<size_t>(count));
-      const Rgb visible =
-          world_.transmittance(point.facet(), s, light, world_.rayTime(point.placement, seed));
-      (above ? w.front : w.back)[i] += s.radiance * visible * (cosine * weight / s.pdf);
+      w.shadowRays.push_back({point.facet(), &s, light, world_.rayTime(point.placement, seed)});
+      w.shadowed.push_back({i, above, cosine * weight / s.pdf, s.radiance});
     }
+    addShadowed(w);
   }
 }
 
-void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
-                                  int nesting) const {
-  if (world_.settings().classic) return;
-  const Lights& lights = world_.lights();
-  w.missFrom.clear(), w.missDirection.clear(), w.missOf.clear(), w.missWeight.clear();
-  w.direct.clear(), w.directOf.clear(), w.directWeight.clear();
-  for (uint32_t i = 0; i < requests.size(); ++i) {
-    const ShadingPoint& point = w.points[i];
-    const SurfaceTerms& terms = w.shaded.terms[i];
-    const LightList& list = world_.lightsOf(point.placement);
-    const bool bounce = settings_.indirect && depth < world_.attributesOf(point.placement).maxDiffuseDepth;
-    if (!bounce && !list.smooth) continue;
-    float roulette = 1;
-    if (bounce && purpose == Purpose::Ray && depth > kRouletteDepth) {
-      const float survive = std::clamp(
-          std::max(maxComponent(terms.reflectance), maxComponent(terms.transmittance)), 0.05f, 0.95f);
-      if (toUnit(static_cast<uint32_t>(hashOf(requests[i].seed, kRouletteStream) >> 32)) >= survive) continue;
-      roulette = 1 / survive;
-    }
-    const int count = settings_.rays.diffuse(depth, purpose);
-    const int spread = purpose == Purpose::Ray ? 4 : settings_.rays.diffuse(depth, Purpose::Vertex);
-    for (const bool behind : {false, true}) {
-      if (isBlack(behind ? terms.transmittance : terms.reflectance)) continue;
-      const Frame frame(behind ? -point.N : point.N);
-      const uint64_t seed = hashOf(requests[i].seed, behind ? kBackGatherStream : kGatherStream);
-      // E = integral of L cos over the hemisphere; with density cos/pi a ray's weight is pi / count.
-      const float weight = kPi * roulette / static_cast<float>(count);
-      const uint32_t slot = 2 * i + (behind ? 1u : 0u);
-      gatherRays += count;
-      const V3f up = behind ? -point.Ng : point.Ng, origin = leave(point.facet(), up);
-      for (int k = 0; k < count; ++k) {
-        const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
-        const V3f direction = foldDirection(frame.toWorld(local), up);
-        const float solidAngle = kPi / (static_cast<float>(spread) * std::max(local.z, 0.05f));
-        const uint64_t child = hashOf(seed, kChildStream, static_cast<uint32_t>(k));
-        follow(GatherRay{origin, direction, std::sqrt(solidAngle), weight, slot, child,
-                         world_.rayTime(point.placement, child)},
-               bounce, depth, w, nesting);
-      }
-    }
+void RadiosityEngine::addShadowed(Workspace& w) const {
+  w.visible.resize(w.shadowRays.size());
+  world_.transmittance(w.shadowRays, w.visible);
+  for (size_t k = 0; k < w.shadowed.size(); ++k) {
+    const Workspace::Shadowed& s = w.shadowed[k];
+    (s.above ? w.front : w.back)[s.request] += s.radiance * w.visible[k] * s.weight;
   }
-  // Light from the sky, a light at a time.
-  const auto irradiance = [&](uint32_t slot) -> Rgb& { return (slot & 1u ? w.back : w.front)[slot / 2]; };
-  for (const uint32_t light : lights.infinite()) {
-    if (w.missFrom.empty() || !lights.isSmooth(light)) continue;
-    w.missRadiance.resize(w.missFrom.size()), w.missPdf.resize(w.missFrom.size());
-    lights.evaluate(light, w.missFrom, w.missDirection, w.missRadiance, w.missPdf);
-    for (size_t k = 0; k < w.missOf.size(); ++k)
-      if (world_.lightsOf(w.points[w.missOf[k] / 2].placement).sees(light))
-        irradiance(w.missOf[k]) += w.missRadiance[k] * w.missWeight[k];
-  }
-  // Hits that the cache has no place for.
-  if (w.direct.empty()) return;
-  hitPoints += static_cast<int64_t>(w.direct.size());
-  w.directRadiance.resize(w.direct.size());
-  shadeNested(w.direct, depth + 1, Purpose::Ray, w.directRadiance, nesting + 1);
-  for (size_t k = 0; k < w.direct.size(); ++k)
-    irradiance(w.directOf[k]) += w.directRadiance[k] * w.directWeight[k];
-}
-
-/// One gather ray: adds what it finds to the workspace, at once where the cache knows it, else to a list.
-void RadiosityEngine::follow(GatherRay ray, bool bounce, int depth, Workspace& w, int nesting) const {
-  constexpr int kMostLayers = 256;
-  Rgb share(1, 1, 1);
-  float travelled = 0;
-  for (int layer = 0; layer < kMostLayers; ++layer) {
-    const Ray traced{ray.origin, ray.direction, 0, kInfinity, kDiffuseRay, ray.time};
-    const Hit hit = world_.accel().intersect(traced);
-    const Rgb weight = share * ray.weight;
-    if (!hit.valid()) {
-      w.missFrom.push_back(ray.origin), w.missDirection.push_back(ray.direction);
-      w.missOf.push_back(ray.slot), w.missWeight.push_back(weight);
-      return;
-    }
-    const bool opaque = world_.shading().isOpaque(hit.placement);
-    if (!bounce && opaque) return;
-    travelled += hit.t;
-    const float footprint = ray.spread * travelled;
-    const ShaderInstance& shader = world_.shading().shaderOf(hit.placement);
-    const bool radiosity = shader.active(PATINA_ENTRY_RADIOSITY);
-    const bool view = bounce && shader.active(PATINA_ENTRY_VIEW);
-    if (bounce && radiosity) {
-      Rgb radiance;
-      if (cachedRadiance(hit, footprint, depth + 1, nesting, radiance)) {
-        (ray.slot & 1u ? w.back : w.front)[ray.slot / 2] += radiance * weight;
-      } else {
-        w.direct.push_back({world_.shading().at(hit, ray.direction, footprint), ray.seed});
-        w.directOf.push_back(ray.slot), w.directWeight.push_back(weight);
-      }
-    }
-    if (opaque && !view) return;
-    const ShadingPoint point = world_.shading().at(hit, ray.direction, footprint);
-    if (view) {
-      const Rgb specular =
-          specularTail(point, hashOf(ray.seed, static_cast<uint32_t>(layer)), depth + 1, footprint, nesting);
-      (ray.slot & 1u ? w.back : w.front)[ray.slot / 2] += specular * weight;
-    }
-    if (opaque) return;
-    world_.shading().shade({&point, 1}, ShadingParts::Radiosity, w.layer);
-    for (int c = 0; c < 3; ++c) share[c] *= std::clamp(1 - w.layer.terms[0].opacity[c], 0.0f, 1.0f);
-    if (maxComponent(share) < 1e-4f) return;
-    ray.origin = goOn(traced, hit, point.facet());
-  }
+  w.shadowRays.clear(), w.shadowed.clear();
 }
 
 RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool front, Level level,
@@ -254,142 +166,54 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
   return {world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level)), seed};
 }
 
-bool RadiosityEngine::blocked(const ShadingPoint& a, const ShadingPoint& b) const {
+void RadiosityEngine::blocked(std::span<const Request> points, std::span<const std::array<uint32_t, 2>> pairs,
+                              std::span<uint8_t> out, Workspace& w) const {
   // Just above the surface, and above the dust on it.
   constexpr float kLift = 0.02f;
-  const float lift = kLift * (b.P - a.P).length();
-  const V3f from = a.P + a.Ng * (lift + a.error), to = b.P + b.Ng * (lift + b.error);
-  const Hit hit = world_.accel().intersect({from, to - from, 0, 1, kDiffuseRay});
-  if (!hit.valid()) return false;
-  // The chord of a curved surface runs inside of it.
-  return hit.placement != a.placement ||
-         world_.geometry().surface(world_.geometry().placements()[a.placement]).isFlat();
-}
-
-bool RadiosityEngine::separated(uint32_t patch, bool front, const VertexWeights& around) const {
-  if (around.count < 3) return false;
-  ShadingPoint p[4];
-  for (int k = 0; k < around.count; ++k)
-    p[k] = vertexRequest(patch, front, Level::Fine, around.index[k], 0).point;
-  if (around.count == 4) return blocked(p[0], p[3]) || blocked(p[1], p[2]);
-  return blocked(p[0], p[1]) || blocked(p[0], p[2]) || blocked(p[1], p[2]);
-}
-
-void RadiosityEngine::fill(uint32_t index, bool front, Level level, int depth, int nesting,
-                           std::vector<uint64_t>& codes) const {
-  Workspace& w = workspace(nesting);
-  const Patch& patch = world_.geometry().patches()[index];
-  const uint32_t count = patch.vertexCount(level);
-  w.fillRequests.clear();
-  for (uint32_t k = 0; k < count; ++k) w.fillRequests.push_back(vertexRequest(index, front, level, k, depth));
-  codes.assign(count, 0);
-  if (count > 1) {
-    // Cells that something stands in are left to the finer level, or to shading at the hit.
-    patch.forEachDiagonal(level, [&](uint32_t a, uint32_t b) {
-      if (blocked(w.fillRequests[a].point, w.fillRequests[b].point))
-        codes[a] = codes[b] = PackedRgb::kMissing;
-    });
-    uint32_t kept = 0;
-    for (uint32_t k = 0; k < count; ++k)
-      if (codes[k] != PackedRgb::kMissing) w.fillRequests[kept++] = w.fillRequests[k];
-    w.fillRequests.resize(kept);
+  w.chords.clear();
+  for (const auto& [first, second] : pairs) {
+    const ShadingPoint &a = points[first].point, &b = points[second].point;
+    const float lift = kLift * (b.P - a.P).length();
+    const V3f from = a.P + a.Ng * (lift + a.error), to = b.P + b.Ng * (lift + b.error);
+    w.chords.push_back({from, to - from, 0, 1, kDiffuseRay});
   }
-  w.fillRadiance.resize(w.fillRequests.size());
-  vertexPoints += static_cast<int64_t>(w.fillRequests.size());
-  // The finest groups of faces are like fine vertices: many are met, and each of them seldom.
-  const Purpose purpose = patch.group == 1 ? Purpose::FineVertex : Purpose::Vertex;
-  if (!w.fillRequests.empty()) shadeNested(w.fillRequests, depth, purpose, w.fillRadiance, nesting + 1);
-  for (uint32_t k = 0, made = 0; k < count; ++k)
-    if (codes[k] != PackedRgb::kMissing) codes[k] = PackedRgb::pack(w.fillRadiance[made++]);
+  w.chordHits.resize(w.chords.size());
+  world_.accel().intersect(w.chords, w.chordHits);
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    const ShadingPoint& a = points[pairs[k][0]].point;
+    const Hit& hit = w.chordHits[k];
+    // The chord of a curved surface runs inside of it.
+    out[k] = hit.valid() && (hit.placement != a.placement ||
+                             world_.geometry().surface(world_.geometry().placements()[a.placement]).isFlat());
+  }
 }
 
-void RadiosityEngine::fineVertices(uint32_t index, bool front, const VertexWeights& around, int depth,
-                                   int nesting, uint64_t codes[4]) const {
-  CacheStatistics& statistics = cacheStatistics(Level::Fine, depth);
-  ++statistics.lookups;
-  uint32_t inBlock[4];
-  const uint8_t block = world_.geometry().patches()[index].blockOf(around, inBlock);
-  const CacheKey key{index, front, static_cast<uint8_t>(depth), block};
-  const auto count = static_cast<size_t>(around.count);
-  if (!cache_->find(key, Level::Fine, {inBlock, count}, codes))
-    std::fill(codes, codes + count, PackedRgb::kMissing);
-  Workspace& w = workspace(nesting);
-  w.fillRequests.clear();
-  std::array<size_t, 4> missing;
-  for (size_t k = 0; k < count; ++k)
-    if (codes[k] == PackedRgb::kMissing) {
-      missing[w.fillRequests.size()] = k;
-      w.fillRequests.push_back(vertexRequest(index, front, Level::Fine, around.index[k], depth));
-    }
-  const size_t made = w.fillRequests.size();
-  if (made == 0) {
-    ++statistics.hits;
-    return;
+void RadiosityEngine::separated(std::span<const Cell> cells, std::span<uint8_t> out) const {
+  Workspace& w = workspace(0);
+  std::fill(out.begin(), out.end(), uint8_t{0});
+  w.fillRequests.clear(), w.pairs.clear(), w.order.clear(), w.vertexOf.clear();
+  for (uint32_t k = 0; k < cells.size(); ++k)
+    if (cells[k].around.count >= 3) w.order.push_back(k);
+  std::sort(w.order.begin(), w.order.end(), [&](uint32_t a, uint32_t b) {
+    return std::pair(cells[a].patch, a) < std::pair(cells[b].patch, b);
+  });
+  for (const uint32_t k : w.order) {
+    const auto& [patch, front, around] = cells[k];
+    const auto first = static_cast<uint32_t>(w.fillRequests.size());
+    for (int i = 0; i < around.count; ++i)
+      w.fillRequests.push_back(vertexRequest(patch, front, Level::Fine, around.index[i], 0));
+    const auto add = [&](uint32_t a, uint32_t b) {
+      w.pairs.push_back({first + a, first + b});
+      w.vertexOf.push_back(k);
+    };
+    if (around.count == 4)
+      add(0, 3), add(1, 2);
+    else
+      add(0, 1), add(0, 2), add(1, 2);
   }
-  ++statistics.misses;
-  vertexPoints += static_cast<int64_t>(made);
-  w.fillRadiance.resize(made);
-  shadeNested(w.fillRequests, depth, Purpose::FineVertex, w.fillRadiance, nesting + 1);
-  std::array<uint64_t, kMaxBlockVertices> kept;
-  kept.fill(PackedRgb::kMissing);
-  for (size_t k = 0; k < made; ++k)
-    kept[inBlock[missing[k]]] = codes[missing[k]] = PackedRgb::pack(w.fillRadiance[k]);
-  cache_->store(key, Level::Fine, kept);
-}
-
-bool RadiosityEngine::cachedRadiance(const Hit& hit, float footprint, int depth, int nesting,
-                                     Rgb& out) const {
-  if (!cache_ || depth > kCachedDepths) return false;
-  const PatchTable& patches = world_.geometry().patches();
-  uint32_t index = patches.find(hit.placement, hit.face, hit.u, hit.v);
-  if (world_.shading().shaderOf(hit.placement).has(PATINA_TRAIT_NOT_CACHEABLE)) return false;
-  // The coarsest level whose vertices lie as close as the ray is wide, and closer than the ray is long.
-  Level level = Level::Coarse;
-  const float widest = std::min(footprint * settings_.levelScale, hit.t);
-  // Groups of faces have one value each: their levels are the groups that they are in.
-  if (patches[index].group > 0)
-    for (uint32_t next = patches.coarser(index); next != kNone && patches[next].spacing <= widest;
-         next = patches.coarser(index))
-      index = next;
-  const Patch& patch = patches[index];
-  if (patch.spacing > widest) return false;
-  // The finest groups are so many that a ray seldom finds one that another has made: they pay only where
-  // their values save further bounces.
-  if (patch.group == 1 && depth >= world_.attributesOf(hit.placement).maxDiffuseDepth) return false;
-  while (patch.spacingAt(level) > widest) level = static_cast<Level>(static_cast<int>(level) + 1);
-  const V2f local = patch.toLocal(hit.u, hit.v);
-  const CacheKey key{index, hit.front, static_cast<uint8_t>(depth)};
-  for (;; level = static_cast<Level>(static_cast<int>(level) + 1)) {
-    const Level stored = patch.canonical(level);
-    const VertexWeights around = patch.locate(stored, local.x, local.y);
-    std::array<uint64_t, 4> codes;
-    if (stored == Level::Fine) {
-      fineVertices(index, hit.front, around, depth, nesting, codes.data());
-    } else {
-      CacheStatistics& statistics = cacheStatistics(stored, depth);
-      ++statistics.lookups;
-      const std::span<const uint32_t> wanted(around.index, static_cast<size_t>(around.count));
-      if (cache_->find(key, stored, wanted, codes.data())) {
-        ++statistics.hits;
-      } else {
-        ++statistics.misses;
-        std::vector<uint64_t>& all = workspace(nesting).fillCodes;
-        fill(index, hit.front, stored, depth, nesting, all);
-        cache_->store(key, stored, all);
-        for (size_t k = 0; k < wanted.size(); ++k) codes[k] = all[wanted[k]];
-      }
-    }
-    bool whole = true;
-    for (int k = 0; k < around.count; ++k) whole &= codes[static_cast<size_t>(k)] != PackedRgb::kMissing;
-    if (!whole) {  // something stands in the cell
-      if (level == Level::Fine) return false;
-      continue;
-    }
-    out = Rgb(0, 0, 0);
-    for (int k = 0; k < around.count; ++k)
-      out += PackedRgb::unpack(codes[static_cast<size_t>(k)]) * around.weight[k];
-    return true;
-  }
+  w.separated.resize(w.pairs.size());
+  blocked(w.fillRequests, w.pairs, w.separated, w);
+  for (size_t k = 0; k < w.pairs.size(); ++k) out[w.vertexOf[k]] |= w.separated[k];
 }
 
 void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const {
@@ -412,14 +236,21 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
       }
       ++statistics.misses;
     }
-    w.fillRequests.push_back(vertexRequest(v.patch, v.front, Level::Fine, v.index, 0));
     w.vertexOf.push_back(k);
+  }
+  std::sort(w.vertexOf.begin(), w.vertexOf.end(), [&](uint32_t a, uint32_t b) {
+    const Vertex &x = wanted[a], &y = wanted[b];
+    return std::tuple(x.patch, x.front, x.index) < std::tuple(y.patch, y.front, y.index);
+  });
+  for (const uint32_t k : w.vertexOf) {
+    const Vertex& v = wanted[k];
+    w.fillRequests.push_back(vertexRequest(v.patch, v.front, Level::Fine, v.index, 0));
   }
   vertexPoints += static_cast<int64_t>(w.fillRequests.size());
   w.fillRadiance.resize(w.fillRequests.size());
-  constexpr size_t kBatch = 512;
-  for (size_t first = 0; first < w.fillRequests.size(); first += kBatch) {
-    const size_t n = std::min(kBatch, w.fillRequests.size() - first);
+  const size_t batch = pointsAtOnce(settings_.rays.diffuse(0, Purpose::Vertex));
+  for (size_t first = 0; first < w.fillRequests.size(); first += batch) {
+    const size_t n = std::min(batch, w.fillRequests.size() - first);
     shadeNested(std::span(w.fillRequests).subspan(first, n), 0, Purpose::Vertex,
                 std::span(w.fillRadiance).subspan(first, n), 1);
   }

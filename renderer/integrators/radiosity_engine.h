@@ -2,6 +2,9 @@
 // View-independent light: B = emission + ambient + rho E(front)/pi + tau E(back)/pi at points and at patch
 // vertices, with the multiresolution cache or without it.
 //
+// It works in batches, breadth first: the rays of many gathers are traced together, then all that the cache
+// misses of what they have met is made together, gathers of its own included.
+//
 // Every result is a function of its arguments and of the scene: random numbers are hashed from the place and
 // depth that they are for, so that neither threads, nor what happens to be cached, change a bit of it.
 #pragma once
@@ -64,10 +67,15 @@ class RadiosityEngine {
   /// B at vertices, from the cache or made and kept. [any thread]
   void vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const;
 
-  /// Whether something stands between the vertices around a point, so that interpolating them would carry
-  /// light or darkness through it (a vertex inside a box that stands on the patch, or behind a wall). [any
-  /// thread]
-  bool separated(uint32_t patch, bool front, const VertexWeights& around) const;
+  /// A cell of a patch: the vertices around a point, of a level.
+  struct Cell {
+    uint32_t patch;
+    bool front;
+    VertexWeights around;
+  };
+  /// Whether something stands between the vertices of each cell, so that interpolating them would carry light
+  /// or darkness through it (a vertex inside a box that stands on the patch, or behind a wall). [any thread]
+  void separated(std::span<const Cell> cells, std::span<uint8_t> out) const;
 
   const World& world() const { return world_; }
   const PatchCache* cache() const { return cache_.get(); }
@@ -76,23 +84,41 @@ class RadiosityEngine {
  private:
   struct Workspace;
   struct GatherRay;
+  struct Lookup;
+  struct Waiting;
+  struct Want;
+  struct Fill;
+  struct Walk;
   Workspace& workspace(int nesting) const;
   Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth) const;
-  void addDirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w) const;
-  void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
-                   int nesting) const;
-  void follow(GatherRay ray, bool bounce, int depth, Workspace& w, int nesting) const;
-  bool cachedRadiance(const Hit& hit, float footprint, int depth, int nesting, Rgb& out) const;
-  bool blocked(const ShadingPoint& a, const ShadingPoint& b) const;
-  void fill(uint32_t patch, bool front, Level level, int depth, int nesting,
-            std::vector<uint64_t>& codes) const;
-  /// Codes of the fine vertices around a point, from the cache or made and kept: vertex by vertex, as few
-  /// rays need them, and a miss must not cost a whole patch.
-  void fineVertices(uint32_t patch, bool front, const VertexWeights& around, int depth, int nesting,
-                    uint64_t codes[4]) const;
   void shadeNested(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
                    int nesting) const;
-  Rgb specularTail(const ShadingPoint& point, uint64_t seed, int depth, float footprint, int nesting) const;
+  void addDirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w) const;
+  void addShadowed(Workspace& w) const;
+  void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
+                   int nesting) const;
+  /// Traces the rays of `w` to where they end; what they meet goes to the irradiance of their slots, or to
+  /// w.missed and w.direct.
+  void trace(int depth, Workspace& w, int nesting) const;
+  /// Radiance at hits at diffuse depth `depth`, from the cache or made and kept; those that the cache has no
+  /// place for are not found.
+  void lookUp(std::span<Lookup> lookups, int depth, int nesting) const;
+  void tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t patch, Level level, int depth,
+                 std::vector<Waiting>& waiting) const;
+  void make(std::vector<Waiting>& waiting, int depth, int nesting) const;
+  void makeSome(std::span<Fill> fills, std::vector<Waiting>& waiting, int depth, int nesting) const;
+  static bool evaluate(const VertexWeights& around, const uint64_t* codes, Rgb& radiance);
+  /// Whether something stands between the points of each pair.
+  void blocked(std::span<const Request> points, std::span<const std::array<uint32_t, 2>> pairs,
+               std::span<uint8_t> out, Workspace& w) const;
+  /// Light that lobes and view-dependent emission send back along each point's I: unbiased walks of one ray,
+  /// to the first surface without lobes or the specular depth limit.
+  void followLobes(std::span<Walk> walks, int depth, int nesting) const;
+  void lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
+                  Workspace& w) const;
+  /// How many rays are traced together, about, and how many points that send so many each are shaded.
+  size_t raysAtOnce() const;
+  size_t pointsAtOnce(int raysOfEach) const;
 
   const World& world_;
   Settings settings_;

@@ -2,6 +2,8 @@
 // What diffuse rays see in surfaces with lobes; and the statistics of the cache.
 #include <fmt/format.h>
 
+#include <numeric>
+
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/radiosity_workspace.h"
 
@@ -21,87 +23,145 @@ enum Stream : uint64_t {
 
 }  // namespace
 
-/// Light that lobes and view-dependent emission of `point` send back along its I: an unbiased walk of one ray
-/// per hit, to the first surface without lobes or the specular depth limit. Lights are sampled once per hit.
-Rgb RadiosityEngine::specularTail(const ShadingPoint& first, uint64_t seed, int depth, float footprint,
-                                  int nesting) const {
-  Rgb radiance(0, 0, 0), throughput(1, 1, 1);
-  ShadingPoint point = first;
-  ShadedPoints& shaded = workspace(nesting).specular;
-  int most = 1 << 20;
-  ++continuations;
-  for (int bounce = 0;; ++bounce) {
-    most = std::min(most, bounce + world_.attributesOf(point.placement).maxSpecularDepth);
-    world_.shading().shade({&point, 1}, ShadingParts::RadiosityAndView, shaded);
-    const SurfaceTerms terms = shaded.terms[0];
-    const std::vector<Lobe> lobes(shaded.lobesOf(terms).begin(), shaded.lobesOf(terms).end());
-    radiance += throughput * terms.viewEmission;
-    if (lobes.empty()) return radiance;
-    const Bsdf bsdf(point, terms, lobes);
-    const LightList& list = world_.lightsOf(point.placement);
-    const Lights& lights = world_.lights();
-    if (!list.sampled.empty() && bsdf.scattersSmoothly(false)) {
-      const float u = toUnit(
-          static_cast<uint32_t>(hashOf(seed, kLightChoiceStream, static_cast<uint32_t>(bounce)) >> 32));
-      const LightList::Pick pick = list.pick(u);
-      LightSample s;
-      const V2f random = sobol2(0, hashOf(seed, kLightPointStream, static_cast<uint32_t>(bounce)));
-      lights.sample(pick.light, {&point.P, 1}, {&random, 1}, {&s, 1});
-      if (s.pdf > 0) {
-        const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
-        if (!isBlack(value.f)) {
-          const float pdf = s.pdf * pick.chance, weight = s.delta ? 1 : misWeight(pdf, value.pdf);
-          const float time = world_.rayTime(
-              point.placement, hashOf(seed, kLightPointStream, static_cast<uint32_t>(bounce), 1));
-          radiance += throughput * value.f * s.radiance *
-                      world_.transmittance(point.facet(), s, pick.light, time) * (weight / pdf);
-        }
-      }
+void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, int nesting) const {
+  Workspace& w = workspace(nesting);
+  const SurfaceShading& shading = world_.shading();
+  const Lights& lights = world_.lights();
+  continuations += static_cast<int64_t>(walks.size());
+  std::vector<uint32_t> active(walks.size());
+  std::iota(active.begin(), active.end(), 0u);
+  for (uint32_t bounce = 0; !active.empty(); ++bounce) {
+    w.layerPoints.clear();
+    for (const uint32_t k : active) {
+      Walk& walk = walks[k];
+      walk.most = std::min(
+          walk.most, static_cast<int>(bounce) + world_.attributesOf(walk.point.placement).maxSpecularDepth);
+      w.layerPoints.push_back(walk.point);
     }
-    if (bounce >= most) return radiance;
-    const float choice =
-        toUnit(static_cast<uint32_t>(hashOf(seed, kLobeStream, static_cast<uint32_t>(bounce)) >> 32));
-    const BsdfSample s =
-        bsdf.sampleSpecular(choice, sobol2(0, hashOf(seed, kDirectionStream, static_cast<uint32_t>(bounce))));
-    if (!(s.pdf > 0) || isBlack(s.weight)) return radiance;
-    throughput *= s.weight;
-    const float time =
-        world_.rayTime(point.placement, hashOf(seed, kTimeStream, static_cast<uint32_t>(bounce)));
-    const Ray ray{leave(point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay, time};
-    const Hit hit = world_.accel().intersect(ray);
-    const auto lightWeight = [&](uint32_t light, float pdf) {
-      return s.delta ? 1 : list.weightOfMet(light, s.pdf, pdf);
-    };
-    if (!hit.valid()) {
+    shading.shade(w.layerPoints, ShadingParts::RadiosityAndView, w.specular);
+    lightLobes(walks, active, bounce, w);
+    // A lobe each, and where it leads.
+    w.walkRays.clear(), w.walkOf.clear();
+    for (size_t i = 0; i < active.size(); ++i) {
+      Walk& walk = walks[active[i]];
+      const SurfaceTerms& terms = w.specular.terms[i];
+      walk.radiance += walk.throughput * terms.viewEmission;
+      if (terms.lobeCount == 0 || static_cast<int>(bounce) >= walk.most) continue;
+      const Bsdf bsdf(walk.point, terms, w.specular.lobesOf(terms));
+      const float choice = toUnit(static_cast<uint32_t>(hashOf(walk.seed, kLobeStream, bounce) >> 32));
+      const BsdfSample s =
+          bsdf.sampleSpecular(choice, sobol2(0, hashOf(walk.seed, kDirectionStream, bounce)));
+      if (!(s.pdf > 0) || isBlack(s.weight)) continue;
+      walk.throughput *= s.weight;
+      walk.pdf = s.pdf, walk.delta = s.delta, walk.alpha = s.alpha;
+      const float time = world_.rayTime(walk.point.placement, hashOf(walk.seed, kTimeStream, bounce));
+      w.walkRays.push_back(
+          {leave(walk.point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay, time});
+      w.walkOf.push_back(active[i]);
+    }
+    w.walkHits.resize(w.walkRays.size());
+    world_.accel().intersect(w.walkRays, w.walkHits);
+    w.picked.clear();
+    for (uint32_t j = 0; j < w.walkOf.size(); ++j) {
+      Walk& walk = walks[w.walkOf[j]];
+      if (w.walkHits[j].valid()) {
+        walk.footprint += w.walkHits[j].t * std::max(walk.alpha, 0.05f);
+        w.picked.push_back(j);
+        continue;
+      }
+      const LightList& list = world_.lightsOf(walk.point.placement);
       for (const uint32_t light : lights.infinite()) {
         if (!list.sees(light)) continue;
         Rgb sky;
         float pdf;
-        lights.evaluate(light, {&point.P, 1}, {&s.direction, 1}, {&sky, 1}, {&pdf, 1});
-        radiance += throughput * sky * lightWeight(light, pdf);
+        lights.evaluate(light, {&walk.point.P, 1}, {&w.walkRays[j].direction, 1}, {&sky, 1}, {&pdf, 1});
+        walk.radiance += walk.throughput * sky * (walk.delta ? 1 : list.weightOfMet(light, walk.pdf, pdf));
       }
-      return radiance;
     }
-    footprint += hit.t * std::max(s.alpha, 0.05f);
-    const ShadingPoint next = world_.shading().at(hit, s.direction, footprint);
-    const uint32_t light = world_.attributesOf(hit.placement).areaLight;
-    if (light != kNone && list.sees(light)) {
-      const V2f uv = world_.geometry()
-                         .surface(world_.geometry().placements()[hit.placement])
-                         .surfaceParameters(hit.face, hit.u, hit.v);
-      radiance += throughput * lights.emitted(light, next, -s.direction, uv) *
-                  lightWeight(light, lights.areaPdf(light, point.P, next));
-    }
-    if (world_.shading().shaderOf(hit.placement).active(PATINA_ENTRY_RADIOSITY)) {
-      Rgb b;
-      if (!cachedRadiance(hit, footprint, depth, nesting, b)) {
-        const Request request{next, hashOf(seed, kNextStream, static_cast<uint32_t>(bounce))};
-        shadeNested({&request, 1}, depth, Purpose::Ray, {&b, 1}, nesting + 1);
+    world_.pointsAt(
+        w.walkHits, w.picked,
+        [&](uint32_t j) { return std::pair(w.walkRays[j].direction, walks[w.walkOf[j]].footprint); },
+        w.walkPoints);
+    w.lookups.clear();
+    for (uint32_t i = 0; i < w.picked.size(); ++i) {
+      const uint32_t j = w.picked[i];
+      Walk& walk = walks[w.walkOf[j]];
+      const ShadingPoint& next = w.walkPoints[i];
+      const Hit& hit = w.walkHits[j];
+      const LightList& list = world_.lightsOf(walk.point.placement);
+      const uint32_t light = world_.attributesOf(hit.placement).areaLight;
+      if (light != kNone && list.sees(light)) {
+        const V2f uv = world_.geometry()
+                           .surface(world_.geometry().placements()[hit.placement])
+                           .surfaceParameters(hit.face, hit.u, hit.v);
+        const float weight =
+            walk.delta ? 1 : list.weightOfMet(light, walk.pdf, lights.areaPdf(light, walk.point.P, next));
+        walk.radiance += walk.throughput * lights.emitted(light, next, -w.walkRays[j].direction, uv) * weight;
       }
-      radiance += throughput * b;
+      if (shading.shaderOf(hit.placement).active(PATINA_ENTRY_RADIOSITY))
+        w.lookups.push_back({&hit, walk.footprint, i, false, {0, 0, 0}});
     }
-    if (!world_.shading().shaderOf(hit.placement).active(PATINA_ENTRY_VIEW)) return radiance;
-    point = next;
+    lookUp(w.lookups, depth, nesting);
+    w.walkRequests.clear();
+    for (const Lookup& lookup : w.lookups) {
+      Walk& walk = walks[w.walkOf[w.picked[lookup.user]]];
+      if (lookup.found)
+        walk.radiance += walk.throughput * lookup.radiance;
+      else
+        w.walkRequests.push_back({w.walkPoints[lookup.user], hashOf(walk.seed, kNextStream, bounce)});
+    }
+    if (!w.walkRequests.empty()) {
+      w.walkRadiance.resize(w.walkRequests.size());
+      shadeNested(w.walkRequests, depth, Purpose::Ray, w.walkRadiance, nesting + 1);
+      size_t request = 0;
+      for (const Lookup& lookup : w.lookups) {
+        if (lookup.found) continue;
+        Walk& walk = walks[w.walkOf[w.picked[lookup.user]]];
+        walk.radiance += walk.throughput * w.walkRadiance[request++];
+      }
+    }
+    active.clear();
+    for (size_t i = 0; i < w.picked.size(); ++i) {
+      const uint32_t k = w.walkOf[w.picked[i]];
+      if (!shading.shaderOf(w.walkPoints[i].placement).active(PATINA_ENTRY_VIEW)) continue;
+      walks[k].point = w.walkPoints[i];
+      active.push_back(k);
+    }
+  }
+}
+
+/// Lights by way of the lobes in w.specular: one sample of one light for each walk.
+void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
+                                 Workspace& w) const {
+  const Lights& lights = world_.lights();
+  w.shadowRays.clear(), w.values.clear(), w.vertexOf.clear(), w.chance.clear();
+  w.lightSamples.resize(which.size());
+  for (uint32_t i = 0; i < which.size(); ++i) {
+    const Walk& walk = walks[which[i]];
+    const SurfaceTerms& terms = w.specular.terms[i];
+    const LightList& list = world_.lightsOf(walk.point.placement);
+    if (terms.lobeCount == 0 || list.sampled.empty()) continue;
+    const Bsdf bsdf(walk.point, terms, w.specular.lobesOf(terms));
+    if (!bsdf.scattersSmoothly(false)) continue;
+    const float u = toUnit(static_cast<uint32_t>(hashOf(walk.seed, kLightChoiceStream, bounce) >> 32));
+    const LightList::Pick pick = list.pick(u);
+    LightSample& s = w.lightSamples[i];
+    const V2f random = sobol2(0, hashOf(walk.seed, kLightPointStream, bounce));
+    lights.sample(pick.light, {&walk.point.P, 1}, {&random, 1}, {&s, 1});
+    if (!(s.pdf > 0)) continue;
+    const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
+    if (isBlack(value.f)) continue;
+    const float time = world_.rayTime(walk.point.placement, hashOf(walk.seed, kLightPointStream, bounce, 1));
+    w.shadowRays.push_back({walk.point.facet(), &s, pick.light, time});
+    w.values.push_back(value), w.vertexOf.push_back(i), w.chance.push_back(pick.chance);
+  }
+  w.visible.resize(w.shadowRays.size());
+  world_.transmittance(w.shadowRays, w.visible);
+  for (size_t k = 0; k < w.shadowRays.size(); ++k) {
+    const LightSample& s = *w.shadowRays[k].to;
+    Walk& walk = walks[which[w.vertexOf[k]]];
+    const float pdf = s.pdf * w.chance[k], weight = s.delta ? 1 : misWeight(pdf, w.values[k].pdf);
+    walk.radiance += walk.throughput * w.values[k].f * s.radiance * w.visible[k] * (weight / pdf);
   }
 }
 

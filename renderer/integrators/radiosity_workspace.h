@@ -11,13 +11,66 @@
 
 namespace patina {
 
+/// What is known of a gather ray beside the ray itself.
 struct RadiosityEngine::GatherRay {
-  V3f origin, direction;
-  float spread;   ///< width gained per length
-  float weight;   ///< of its radiance in the irradiance of `slot`
-  uint32_t slot;  ///< twice the request's index, plus one behind the surface
+  Rgb share{1, 1, 1};   ///< that what it has passed lets through
+  float spread;         ///< width gained per length
+  float weight;         ///< of its radiance in the irradiance of `slot`
+  float travelled = 0;  ///< through what let it pass
+  uint32_t slot;        ///< twice the request's index, plus one behind the surface
+  uint32_t number;      ///< among all rays of the gather
   uint64_t seed;
-  float time;  ///< see Ray
+  bool bounce;  ///< surfaces count, and not only the sky behind them
+};
+
+/// A hit whose radiance the cache may know.
+struct RadiosityEngine::Lookup {
+  const Hit* hit;
+  float footprint;  ///< of the ray, at the hit
+  uint32_t user;    ///< whatever the caller likes
+  bool found;
+  Rgb radiance;
+};
+
+/// A look-up that waits for values to be made.
+struct RadiosityEngine::Waiting {
+  uint32_t lookup;
+  uint32_t patch;
+  bool front;
+  Level level, stored;  ///< wanted; with the same vertices
+  uint8_t block;        ///< of the fine level
+  bool counted;         ///< as a miss
+  VertexWeights around;
+  std::array<uint32_t, 4> inBlock;
+  std::array<uint64_t, 4> codes;
+};
+
+/// Codes that something waits for: all of a patch's level, or one fine vertex. Sorted by key, which begins
+/// with the patch.
+struct RadiosityEngine::Want {
+  uint64_t key;
+  uint32_t waiting;
+  uint32_t corner;
+  auto operator<=>(const Want&) const = default;
+};
+
+/// An entry to be made.
+struct RadiosityEngine::Fill {
+  uint32_t firstWant, endWant;
+  uint32_t firstCode;
+};
+
+/// A walk from lobe to lobe.
+struct RadiosityEngine::Walk {
+  ShadingPoint point;
+  uint64_t seed;
+  float footprint;
+  uint32_t user;  ///< whatever the caller likes
+  Rgb radiance{0, 0, 0}, throughput{1, 1, 1};
+  int most = 1 << 20;  ///< bounces
+  // Of the step that is being taken
+  float pdf = 0, alpha = 0;
+  bool delta = false;
 };
 
 struct RadiosityEngine::Workspace {
@@ -30,23 +83,71 @@ struct RadiosityEngine::Workspace {
   std::vector<V3f> positions;
   std::vector<V2f> random;
   std::vector<LightSample> lightSamples;
+  struct Shadowed {
+    uint32_t request;
+    bool above;
+    float weight;
+    Rgb radiance;
+  };
+  std::vector<World::ShadowRay> shadowRays;
+  std::vector<Shadowed> shadowed;
+  std::vector<Rgb> visible;
   // addIndirect
-  std::vector<V3f> missFrom, missDirection;
-  std::vector<uint32_t> missOf;
-  std::vector<Rgb> missWeight, missRadiance;
-  std::vector<float> missPdf;
-  std::vector<Request> direct;
-  std::vector<uint32_t> directOf;
-  std::vector<Rgb> directWeight, directRadiance;
+  std::vector<Ray> rays, nextRays;
+  std::vector<GatherRay> gather, nextGather;
+  std::vector<Hit> hits;
+  std::vector<Rgb> found;      // radiance that was met, by number in the batch
+  std::vector<uint32_t> slot;  // likewise
+  std::vector<uint32_t> pointOf, withPoints;
+  std::vector<ShadingPoint> hitPoints, layerPoints;
+  std::vector<uint32_t> passing;
   ShadedPoints layer;
-  // fill, vertices
+  struct Missed {
+    uint32_t number, slot;
+    V3f from, direction;
+    Rgb weight;
+  };
+  std::vector<Missed> missed;
+  std::vector<V3f> missFrom, missDirection;
+  std::vector<Rgb> missRadiance;
+  std::vector<float> missPdf;
+  struct Direct {
+    uint32_t number, slot;
+    Rgb weight;
+    Request request;
+  };
+  std::vector<Direct> direct;
+  std::vector<Request> directRequests;
+  std::vector<Rgb> directRadiance;
+  // lookUp
+  std::vector<Lookup> lookups;
+  std::vector<Waiting> waiting, again;
+  std::vector<Want> wants;
+  std::vector<Fill> fills;
   std::vector<Request> fillRequests;
-  std::vector<Rgb> fillRadiance;
   std::vector<uint64_t> fillCodes;
+  std::array<std::vector<Request>, 2> shadeRequests;  // Vertex, FineVertex
+  std::array<std::vector<uint32_t>, 2> codeOf;
+  std::vector<Rgb> fillRadiance;
+  std::vector<std::array<uint32_t, 2>> pairs;
+  std::vector<uint8_t> separated;
+  // vertices
   std::vector<uint32_t> vertexOf, order;
   std::vector<BlockVertex> blocks;
-  // specularTail
+  // separations
+  std::vector<Ray> chords;
+  std::vector<Hit> chordHits;
+  // follow
+  std::vector<Walk> walks;
   ShadedPoints specular;
+  std::vector<Ray> walkRays;
+  std::vector<Hit> walkHits;
+  std::vector<ShadingPoint> walkPoints;
+  std::vector<uint32_t> walkOf, picked;
+  std::vector<float> chance;
+  std::vector<Bsdf::Value> values;
+  std::vector<Request> walkRequests;
+  std::vector<Rgb> walkRadiance;
 };
 
 struct CacheStatistics {

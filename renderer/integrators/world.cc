@@ -165,11 +165,10 @@ void World::makeLightLists() {
   }
 }
 
-ShadingPoint World::seenAt(const Hit& hit, const V3f& direction, float footprint) const {
-  ShadingPoint point = shading_->at(hit, direction, footprint);
-  if (!geometry_->placements()[hit.placement].moves) return point;
+ShadingPoint World::seenAt(ShadingPoint point) const {
+  if (!geometry_->placements()[point.placement].moves) return point;
   if (camera_.perspective())
-    point.I = normalizedOr(point.P - camera_.eye(), direction);
+    point.I = normalizedOr(point.P - camera_.eye(), point.I);
   else
     point.I = camera_.viewDirection();
   // It may have turned away since: it is looked at from as far behind as in front.
@@ -177,36 +176,71 @@ ShadingPoint World::seenAt(const Hit& hit, const V3f& direction, float footprint
   return point;
 }
 
-Rgb World::transmittance(const Facet& from, const LightSample& to, uint32_t light, float time) const {
-  if (settings_.classic || !lights_->castsShadows(light)) return {1, 1, 1};
-  Ray ray;
-  ray.mask = kTransmissionRay, ray.time = time;
-  ray.origin = leave(from, to.direction);
-  if (std::isinf(to.distance)) {
-    ray.direction = to.direction;
-  } else {
-    ray.direction = to.target - ray.origin;
-    ray.tFar = 1 - 4 * kMachineEpsilon;
+void World::transmittance(std::span<const ShadowRay> wanted, std::span<Rgb> shares) const {
+  struct Scratch {
+    std::vector<Ray> rays;
+    std::vector<uint32_t> rayOf, which;  // of the shadow ray; of rays
+    std::vector<uint8_t> occluded;
+    std::vector<Hit> hits;
+    std::vector<ShadingPoint> points;
+    ShadedPoints shaded;
+  };
+  thread_local Scratch w;
+  w.rays.clear(), w.rayOf.clear();
+  for (uint32_t k = 0; k < wanted.size(); ++k) {
+    const auto& [from, to, light, time] = wanted[k];
+    shares[k] = Rgb(1, 1, 1);
+    if (settings_.classic || !lights_->castsShadows(light)) continue;
+    Ray ray;
+    ray.mask = kTransmissionRay, ray.time = time;
+    ray.origin = leave(from, to->direction);
+    if (std::isinf(to->distance)) {
+      ray.direction = to->direction;
+    } else {
+      ray.direction = to->target - ray.origin;
+      ray.tFar = 1 - 4 * kMachineEpsilon;
+    }
+    w.rays.push_back(ray), w.rayOf.push_back(k);
   }
-  if (shading_->allOpaque()) return accel_->occluded(ray) ? Rgb(0, 0, 0) : Rgb(1, 1, 1);
-
-  Rgb share(1, 1, 1);
-  const V3f unit = to.direction;
-  thread_local ShadedPoints shaded;
-  for (int layer = 0; layer < kMostLayers; ++layer) {
-    const Hit hit = accel_->intersect(ray);
-    if (!hit.valid()) return share;
-    if (shading_->isOpaque(hit.placement)) return {0, 0, 0};
-    const ShadingPoint point = shading_->at(hit, unit, 0);
-    shading_->shade({&point, 1}, ShadingParts::Radiosity, shaded);
-    ++opacityLookups;
-    const Rgb& opacity = shaded.terms[0].opacity;
-    for (int c = 0; c < 3; ++c) share[c] *= std::clamp(1 - opacity[c], 0.0f, 1.0f);
-    if (maxComponent(share) < 1e-4f) return {0, 0, 0};
-    ray.origin = goOn(ray, hit, point.facet());
-    if (!std::isinf(to.distance)) ray.direction = to.target - ray.origin;
+  if (shading_->allOpaque()) {
+    w.occluded.resize(w.rays.size());
+    accel_->occluded(w.rays, w.occluded);
+    for (size_t i = 0; i < w.rays.size(); ++i)
+      if (w.occluded[i]) shares[w.rayOf[i]] = Rgb(0, 0, 0);
+    return;
   }
-  return {0, 0, 0};
+  for (int layer = 0; !w.rays.empty(); ++layer) {
+    w.hits.resize(w.rays.size());
+    accel_->intersect(w.rays, w.hits);
+    w.which.clear();
+    for (uint32_t i = 0; i < w.rays.size(); ++i) {
+      if (!w.hits[i].valid()) continue;
+      if (layer >= kMostLayers || shading_->isOpaque(w.hits[i].placement))
+        shares[w.rayOf[i]] = Rgb(0, 0, 0);
+      else
+        w.which.push_back(i);
+    }
+    pointsAt(
+        w.hits, w.which, [&](uint32_t i) { return std::pair(wanted[w.rayOf[i]].to->direction, 0.0f); },
+        w.points);
+    shading_->shade(w.points, ShadingParts::Radiosity, w.shaded);
+    opacityLookups += static_cast<int64_t>(w.points.size());
+    size_t kept = 0;
+    for (size_t j = 0; j < w.which.size(); ++j) {
+      const uint32_t i = w.which[j], k = w.rayOf[i];
+      for (int c = 0; c < 3; ++c) shares[k][c] *= std::clamp(1 - w.shaded.terms[j].opacity[c], 0.0f, 1.0f);
+      if (maxComponent(shares[k]) < 1e-4f) {
+        shares[k] = Rgb(0, 0, 0);
+        continue;
+      }
+      Ray ray = w.rays[i];
+      ray.origin = goOn(ray, w.hits[i], w.points[j].facet());
+      if (!std::isinf(wanted[k].to->distance)) ray.direction = wanted[k].to->target - ray.origin;
+      w.rays[kept] = ray;
+      w.rayOf[kept++] = k;
+    }
+    w.rays.resize(kept), w.rayOf.resize(kept);
+  }
 }
 
 void World::addAmbient(std::span<const ShadingPoint> points, std::span<const SurfaceTerms> terms,

@@ -64,10 +64,16 @@ class World {
 
   bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
 
-  /// Share of light that passes from a facet to `target` (or without end along `direction`, when `distance`
-  /// is infinite): 0 or 1 among opaque surfaces. `light` says whether shadows are cast at all, `time` when:
-  /// see rayTime().
-  Rgb transmittance(const Facet& from, const LightSample& to, uint32_t light, float time = 0) const;
+  /// A ray from a facet to a sample of a light; `time`: see rayTime().
+  struct ShadowRay {
+    Facet from;
+    const LightSample* to;
+    uint32_t light;  ///< says whether it casts shadows at all
+    float time;
+  };
+  /// Share of light that passes from each facet to its target, or without end along its direction when the
+  /// distance is infinite: 0 or 1 among opaque surfaces. [any thread]
+  void transmittance(std::span<const ShadowRay> rays, std::span<Rgb> shares) const;
 
   /// Whether camera rays have a time: something moves, or the camera does.
   bool moves() const { return geometry_->moves() || camera_.moves(); }
@@ -80,9 +86,25 @@ class World {
     constexpr uint64_t kTimeStream = 0x74696d65;
     return toUnit(static_cast<uint32_t>(hashOf(seed, kTimeStream) >> 32));
   }
-  /// What is shaded where a camera ray of unit `direction` met a surface: of one that moves the same point
-  /// at the opening of the shutter, looked at from where the camera is then.
-  ShadingPoint seenAt(const Hit& hit, const V3f& direction, float footprint) const;
+  /// What is shaded where a camera ray met a surface: of one that moves the same point at the opening of the
+  /// shutter, looked at from where the camera is then. `point` is that of the hit.
+  ShadingPoint seenAt(ShadingPoint point) const;
+
+  /// The points where rays met something, for the hits that `which` names: see SurfaceShading::at().
+  /// `rayOf(k)`: the direction, unit, and the width of ray k there. [any thread]
+  template <class RayOf>
+  void pointsAt(std::span<const Hit> hits, std::span<const uint32_t> which, RayOf rayOf,
+                std::vector<ShadingPoint>& points) const {
+    thread_local std::vector<uint32_t> order;
+    order.resize(which.size());
+    for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+    geometry_->orderByUnit(order, [&](uint32_t i) { return hits[which[i]].placement; });
+    points.resize(which.size());
+    for (const uint32_t i : order) {
+      const std::pair<V3f, float> ray = rayOf(which[i]);
+      points[i] = shading_->at(hits[which[i]], ray.first, ray.second);
+    }
+  }
 
   /// Sum of Cl of the ambient lights at each point, multiplied by the points' ambient terms, added to
   /// `radiance`.

@@ -119,6 +119,13 @@ void SurfaceShading::shade(std::span<const ShadingPoint> points, ShadingParts pa
   if (!std::all_of(order.begin(), order.end(), [&](uint32_t k) { return shaderAt(k) == shaderAt(0); }))
     std::stable_sort(order.begin(), order.end(),
                      [&](uint32_t a, uint32_t b) { return shaderAt(a) < shaderAt(b); });
+  // Within a shader, by where facets are that it may ask about.
+  if (geometry_.tessellations().isTight())
+    for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+      while (end < order.size() && shaderAt(order[end]) == shaderAt(order[begin])) ++end;
+      geometry_.orderByUnit(std::span(order).subspan(begin, end - begin),
+                            [&](uint32_t k) { return points[k].placement; });
+    }
   for (size_t begin = 0; begin < order.size();) {
     size_t end = begin + 1;
     while (end < order.size() && end - begin < kBatch && shaderAt(order[end]) == shaderAt(order[begin]))

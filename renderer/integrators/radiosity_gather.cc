@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// Indirect light and the sky: many gathers' rays at a time.
+#include "renderer/base/statistics.h"
+#include "renderer/integrators/radiosity_workspace.h"
+
+namespace patina {
+namespace {
+
+STAT_COUNTER("Radiosity/points shaded at hits", hitPoints);
+STAT_COUNTER("Radiosity/gather rays", gatherRays);
+
+// Random numbers at a point.
+enum Stream : uint64_t { kGatherStream = 1, kBackGatherStream, kRouletteStream, kChildStream };
+
+constexpr int kRouletteDepth = RadiosityEngine::kCachedDepths;
+constexpr uint32_t kMostLayers = 256;  // surfaces that a ray passes before it gives up
+
+}  // namespace
+
+void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
+                                  int nesting) const {
+  if (world_.settings().classic) return;
+  const Lights& lights = world_.lights();
+  w.missed.clear(), w.direct.clear(), w.rays.clear(), w.gather.clear();
+  const size_t batch = raysAtOnce();
+  uint32_t number = 0;
+  for (uint32_t i = 0; i < requests.size(); ++i) {
+    const ShadingPoint& point = w.points[i];
+    const SurfaceTerms& terms = w.shaded.terms[i];
+    const LightList& list = world_.lightsOf(point.placement);
+    const bool bounce = settings_.indirect && depth < world_.attributesOf(point.placement).maxDiffuseDepth;
+    if (!bounce && !list.smooth) continue;
+    float roulette = 1;
+    if (bounce && purpose == Purpose::Ray && depth > kRouletteDepth) {
+      const float survive = std::clamp(
+          std::max(maxComponent(terms.reflectance), maxComponent(terms.transmittance)), 0.05f, 0.95f);
+      if (toUnit(static_cast<uint32_t>(hashOf(requests[i].seed, kRouletteStream) >> 32)) >= survive) continue;
+      roulette = 1 / survive;
+    }
+    const int count = settings_.rays.diffuse(depth, purpose);
+    const int spread = purpose == Purpose::Ray ? 4 : settings_.rays.diffuse(depth, Purpose::Vertex);
+    for (const bool behind : {false, true}) {
+      if (isBlack(behind ? terms.transmittance : terms.reflectance)) continue;
+      const Frame frame(behind ? -point.N : point.N);
+      const uint64_t seed = hashOf(requests[i].seed, behind ? kBackGatherStream : kGatherStream);
+      gatherRays += count;
+      const V3f up = behind ? -point.Ng : point.Ng, origin = leave(point.facet(), up);
+      GatherRay ray;
+      // E = integral of L cos over the hemisphere; with density cos/pi a ray's weight is pi / count.
+      ray.weight = kPi * roulette / static_cast<float>(count);
+      ray.slot = 2 * i + (behind ? 1u : 0u);
+      ray.bounce = bounce;
+      for (int k = 0; k < count; ++k) {
+        const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
+        const V3f direction = foldDirection(frame.toWorld(local), up);
+        ray.spread = std::sqrt(kPi / (static_cast<float>(spread) * std::max(local.z, 0.05f)));
+        ray.seed = hashOf(seed, kChildStream, static_cast<uint32_t>(k));
+        ray.number = number++;
+        w.rays.push_back(
+            {origin, direction, 0, kInfinity, kDiffuseRay, world_.rayTime(point.placement, ray.seed)});
+        w.gather.push_back(ray);
+        if (w.rays.size() >= batch) trace(depth, w, nesting);
+      }
+    }
+  }
+  trace(depth, w, nesting);
+  // However rays were put into batches, what they found is added in the order of rays.
+  const auto byNumber = [](const auto& a, const auto& b) { return a.number < b.number; };
+  const auto irradiance = [&](uint32_t slot) -> Rgb& { return (slot & 1u ? w.back : w.front)[slot / 2]; };
+  if (!std::is_sorted(w.missed.begin(), w.missed.end(), byNumber))
+    std::stable_sort(w.missed.begin(), w.missed.end(), byNumber);
+  w.missFrom.clear(), w.missDirection.clear();
+  for (const Workspace::Missed& m : w.missed)
+    w.missFrom.push_back(m.from), w.missDirection.push_back(m.direction);
+  // Light from the sky, a light at a time.
+  for (const uint32_t light : lights.infinite()) {
+    if (w.missed.empty() || !lights.isSmooth(light)) continue;
+    w.missRadiance.resize(w.missed.size()), w.missPdf.resize(w.missed.size());
+    lights.evaluate(light, w.missFrom, w.missDirection, w.missRadiance, w.missPdf);
+    for (size_t k = 0; k < w.missed.size(); ++k)
+      if (world_.lightsOf(w.points[w.missed[k].slot / 2].placement).sees(light))
+        irradiance(w.missed[k].slot) += w.missRadiance[k] * w.missed[k].weight;
+  }
+  // Hits that the cache has no place for.
+  if (w.direct.empty()) return;
+  if (!std::is_sorted(w.direct.begin(), w.direct.end(), byNumber))
+    std::stable_sort(w.direct.begin(), w.direct.end(), byNumber);
+  hitPoints += static_cast<int64_t>(w.direct.size());
+  w.directRequests.clear();
+  for (const Workspace::Direct& d : w.direct) w.directRequests.push_back(d.request);
+  w.directRadiance.resize(w.direct.size());
+  shadeNested(w.directRequests, depth + 1, Purpose::Ray, w.directRadiance, nesting + 1);
+  for (size_t k = 0; k < w.direct.size(); ++k)
+    irradiance(w.direct[k].slot) += w.directRadiance[k] * w.direct[k].weight;
+}
+
+void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
+  if (w.rays.empty()) return;
+  const uint32_t first = w.gather[0].number;
+  w.found.assign(w.rays.size(), Rgb(0, 0, 0)), w.slot.clear();
+  for (const GatherRay& ray : w.gather) w.slot.push_back(ray.slot);
+  const SurfaceShading& shading = world_.shading();
+  for (uint32_t layer = 0; layer < kMostLayers && !w.rays.empty(); ++layer) {
+    const size_t n = w.rays.size();
+    w.hits.resize(n);
+    world_.accel().intersect(w.rays, w.hits);
+    w.lookups.clear(), w.withPoints.clear(), w.passing.clear();
+    std::vector<uint32_t>& lobes = w.which;
+    lobes.clear();
+    w.pointOf.assign(n, kNone);
+    for (uint32_t k = 0; k < n; ++k) {
+      GatherRay& ray = w.gather[k];
+      const Hit& hit = w.hits[k];
+      if (!hit.valid()) {
+        w.missed.push_back(
+            {ray.number, ray.slot, w.rays[k].origin, w.rays[k].direction, ray.share * ray.weight});
+        continue;
+      }
+      const bool opaque = shading.isOpaque(hit.placement);
+      if (!ray.bounce && opaque) continue;
+      ray.travelled += hit.t;
+      const ShaderInstance& shader = shading.shaderOf(hit.placement);
+      if (ray.bounce && shader.active(PATINA_ENTRY_RADIOSITY))
+        w.lookups.push_back({&hit, ray.spread * ray.travelled, k, false, {0, 0, 0}});
+      if (ray.bounce && shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
+      if (!opaque) w.passing.push_back(k);
+    }
+    lookUp(w.lookups, depth + 1, nesting);
+    const auto needPoint = [&](uint32_t k) {
+      if (w.pointOf[k] != kNone) return;
+      w.pointOf[k] = static_cast<uint32_t>(w.withPoints.size());
+      w.withPoints.push_back(k);
+    };
+    for (const Lookup& lookup : w.lookups) {
+      const GatherRay& ray = w.gather[lookup.user];
+      if (lookup.found)
+        w.found[ray.number - first] += lookup.radiance * (ray.share * ray.weight);
+      else
+        needPoint(lookup.user);
+    }
+    std::for_each(lobes.begin(), lobes.end(), needPoint);
+    std::for_each(w.passing.begin(), w.passing.end(), needPoint);
+    world_.pointsAt(
+        w.hits, w.withPoints,
+        [&](uint32_t k) {
+          return std::pair(w.rays[k].direction, w.gather[k].spread * w.gather[k].travelled);
+        },
+        w.hitPoints);
+    const auto pointAt = [&](uint32_t k) -> const ShadingPoint& { return w.hitPoints[w.pointOf[k]]; };
+    for (const Lookup& lookup : w.lookups) {
+      if (lookup.found) continue;
+      const GatherRay& ray = w.gather[lookup.user];
+      w.direct.push_back({ray.number, ray.slot, ray.share * ray.weight, {pointAt(lookup.user), ray.seed}});
+    }
+    if (!lobes.empty()) {
+      w.walks.clear();
+      for (const uint32_t k : lobes) {
+        Walk& walk = w.walks.emplace_back();
+        walk.point = pointAt(k), walk.seed = hashOf(w.gather[k].seed, layer);
+        walk.footprint = walk.point.footprint, walk.user = k;
+      }
+      followLobes(w.walks, depth + 1, nesting);
+      for (const Walk& walk : w.walks) {
+        const GatherRay& ray = w.gather[walk.user];
+        w.found[ray.number - first] += walk.radiance * (ray.share * ray.weight);
+      }
+    }
+    // On through what is not opaque.
+    w.nextRays.clear(), w.nextGather.clear();
+    if (!w.passing.empty()) {
+      w.layerPoints.clear();
+      for (const uint32_t k : w.passing) w.layerPoints.push_back(pointAt(k));
+      shading.shade(w.layerPoints, ShadingParts::Radiosity, w.layer);
+      for (size_t i = 0; i < w.passing.size(); ++i) {
+        const uint32_t k = w.passing[i];
+        GatherRay ray = w.gather[k];
+        for (int c = 0; c < 3; ++c) ray.share[c] *= std::clamp(1 - w.layer.terms[i].opacity[c], 0.0f, 1.0f);
+        if (maxComponent(ray.share) < 1e-4f) continue;
+        w.nextRays.push_back(w.rays[k]);
+        w.nextRays.back().origin = goOn(w.rays[k], w.hits[k], w.layerPoints[i].facet());
+        w.nextGather.push_back(ray);
+      }
+    }
+    w.rays.swap(w.nextRays), w.gather.swap(w.nextGather);
+  }
+  w.rays.clear(), w.gather.clear();
+  for (size_t k = 0; k < w.found.size(); ++k)
+    (w.slot[k] & 1u ? w.back : w.front)[w.slot[k] / 2] += w.found[k];
+}
+
+}  // namespace patina

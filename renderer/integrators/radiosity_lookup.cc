@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Look-ups in the cache, and the filling of what they miss: each entry once for all look-ups of a batch.
+#include "renderer/base/statistics.h"
+#include "renderer/integrators/radiosity_workspace.h"
+
+namespace patina {
+namespace {
+
+STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
+STAT_COUNTER("Radiosity/batches of fills", fillBatches);
+
+constexpr Level finer(Level level) { return static_cast<Level>(static_cast<int>(level) + 1); }
+
+}  // namespace
+
+/// False: something stands in the cell.
+bool RadiosityEngine::evaluate(const VertexWeights& around, const uint64_t* codes, Rgb& radiance) {
+  radiance = Rgb(0, 0, 0);
+  for (int k = 0; k < around.count; ++k) {
+    if (codes[k] == PackedRgb::kMissing) return false;
+    radiance += PackedRgb::unpack(codes[k]) * around.weight[k];
+  }
+  return true;
+}
+
+void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) const {
+  if (!cache_ || depth > kCachedDepths) return;
+  Workspace& w = workspace(nesting);
+  const PatchTable& patches = world_.geometry().patches();
+  w.waiting.clear();
+  for (uint32_t k = 0; k < lookups.size(); ++k) {
+    const Hit& hit = *lookups[k].hit;
+    if (world_.shading().shaderOf(hit.placement).has(PATINA_TRAIT_NOT_CACHEABLE)) continue;
+    uint32_t index = patches.find(hit.placement, hit.face, hit.u, hit.v);
+    // The coarsest level whose vertices lie as close as the ray is wide, and closer than the ray is long.
+    const float widest = std::min(lookups[k].footprint * settings_.levelScale, hit.t);
+    // Groups of faces have one value each: their levels are the groups that they are in.
+    if (patches[index].group > 0)
+      for (uint32_t next = patches.coarser(index); next != kNone && patches[next].spacing <= widest;
+           next = patches.coarser(index))
+        index = next;
+    const Patch& patch = patches[index];
+    if (patch.spacing > widest) continue;
+    // The finest groups are so many that a ray seldom finds one that another has made: they pay only where
+    // their values save further bounces.
+    if (patch.group == 1 && depth >= world_.attributesOf(hit.placement).maxDiffuseDepth) continue;
+    Level level = Level::Coarse;
+    while (patch.spacingAt(level) > widest) level = finer(level);
+    tryLevels(lookups, k, index, level, depth, w.waiting);
+  }
+  while (!w.waiting.empty()) {
+    make(w.waiting, depth, nesting);
+    w.again.clear();
+    for (const Waiting& x : w.waiting) {
+      Lookup& lookup = lookups[x.lookup];
+      lookup.found = evaluate(x.around, x.codes.data(), lookup.radiance);
+      if (!lookup.found && x.level != Level::Fine)
+        tryLevels(lookups, x.lookup, x.patch, finer(x.level), depth, w.again);
+    }
+    w.waiting.swap(w.again);
+  }
+}
+
+/// From `level` on: finds the value, or finds that it must be made, or, where something stands in the cells
+/// of all levels, nothing.
+void RadiosityEngine::tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t index, Level level, int depth,
+                                std::vector<Waiting>& waiting) const {
+  Lookup& lookup = lookups[k];
+  const Hit& hit = *lookup.hit;
+  const Patch& patch = world_.geometry().patches()[index];
+  const V2f local = patch.toLocal(hit.u, hit.v);
+  for (;; level = finer(level)) {
+    Waiting x;
+    x.stored = patch.canonical(level);
+    x.around = patch.locate(x.stored, local.x, local.y);
+    const auto count = static_cast<size_t>(x.around.count);
+    x.block = 0;
+    if (x.stored == Level::Fine)
+      x.block = patch.blockOf(x.around, x.inBlock.data());
+    else
+      std::copy_n(x.around.index, count, x.inBlock.begin());
+    const CacheKey key{index, hit.front, static_cast<uint8_t>(depth), x.block};
+    CacheStatistics& statistics = cacheStatistics(x.stored, depth);
+    ++statistics.lookups;
+    const bool known = cache_->find(key, x.stored, {x.inBlock.data(), count}, x.codes.data());
+    if (!known) x.codes.fill(PackedRgb::kMissing);
+    lookup.found = known && evaluate(x.around, x.codes.data(), lookup.radiance);
+    // What is missing of the fine level was not made; of the others, something stands there.
+    if (!lookup.found && (!known || x.stored == Level::Fine)) {
+      x.lookup = k, x.patch = index, x.front = hit.front, x.level = level, x.counted = false;
+      waiting.push_back(x);
+      return;
+    }
+    ++statistics.hits;
+    if (lookup.found || level == Level::Fine) return;
+  }
+}
+
+/// Gives all that wait their codes. A fine vertex is made by itself, as few rays need it and a miss must not
+/// cost a whole patch; of the other levels all vertices are.
+void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting) const {
+  Workspace& w = workspace(nesting);
+  w.wants.clear(), w.fills.clear();
+  for (uint32_t k = 0; k < waiting.size(); ++k) {
+    const Waiting& x = waiting[k];
+    const uint64_t key = uint64_t{x.patch} << 12 | uint64_t{x.front} << 11 |
+                         static_cast<uint64_t>(x.stored) << 9 | uint64_t{x.block} << 5;
+    if (x.stored != Level::Fine)
+      w.wants.push_back({key, k, 0});
+    else
+      for (uint32_t i = 0; i < static_cast<uint32_t>(x.around.count); ++i)
+        if (x.codes[i] == PackedRgb::kMissing) w.wants.push_back({key | x.inBlock[i], k, i});
+  }
+  std::sort(w.wants.begin(), w.wants.end());
+  const size_t most = pointsAtOnce(settings_.rays.diffuse(depth, Purpose::Vertex));
+  size_t vertices = 0;
+  for (uint32_t begin = 0, end = 0; begin < w.wants.size(); begin = end) {
+    while (end < w.wants.size() && w.wants[end].key == w.wants[begin].key) ++end;
+    Waiting& first = waiting[w.wants[begin].waiting];
+    if (!first.counted) ++cacheStatistics(first.stored, depth).misses;
+    first.counted = true;
+    w.fills.push_back({begin, end, 0});
+    vertices +=
+        first.stored == Level::Fine ? 1 : world_.geometry().patches()[first.patch].vertexCount(first.stored);
+    if (vertices < most && end < w.wants.size()) continue;
+    makeSome(w.fills, waiting, depth, nesting);
+    w.fills.clear();
+    vertices = 0;
+  }
+  // Those that found their values made by others.
+  for (const Waiting& x : waiting)
+    if (!x.counted) ++cacheStatistics(x.stored, depth).hits;
+}
+
+void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& waiting, int depth,
+                               int nesting) const {
+  ++fillBatches;
+  Workspace& w = workspace(nesting);
+  const PatchTable& patches = world_.geometry().patches();
+  w.fillRequests.clear(), w.pairs.clear();
+  for (Fill& fill : fills) {
+    const Want& want = w.wants[fill.firstWant];
+    const Waiting& x = waiting[want.waiting];
+    const auto first = static_cast<uint32_t>(w.fillRequests.size());
+    fill.firstCode = first;
+    if (x.stored == Level::Fine) {
+      w.fillRequests.push_back(
+          vertexRequest(x.patch, x.front, Level::Fine, x.around.index[want.corner], depth));
+      continue;
+    }
+    const Patch& patch = patches[x.patch];
+    const uint32_t count = patch.vertexCount(x.stored);
+    for (uint32_t k = 0; k < count; ++k)
+      w.fillRequests.push_back(vertexRequest(x.patch, x.front, x.stored, k, depth));
+    if (count > 1)
+      patch.forEachDiagonal(x.stored, [&](uint32_t a, uint32_t b) {
+        w.pairs.push_back({first + a, first + b});
+      });
+  }
+  // Cells that something stands in are left to the finer level, or to shading at the hit.
+  w.fillCodes.assign(w.fillRequests.size(), 0);
+  w.separated.resize(w.pairs.size());
+  blocked(w.fillRequests, w.pairs, w.separated, w);
+  for (size_t k = 0; k < w.pairs.size(); ++k)
+    if (w.separated[k]) w.fillCodes[w.pairs[k][0]] = w.fillCodes[w.pairs[k][1]] = PackedRgb::kMissing;
+
+  for (size_t purpose = 0; purpose < 2; ++purpose)
+    w.shadeRequests[purpose].clear(), w.codeOf[purpose].clear();
+  for (size_t k = 0; k < fills.size(); ++k) {
+    const Waiting& x = waiting[w.wants[fills[k].firstWant].waiting];
+    const uint32_t end =
+        k + 1 < fills.size() ? fills[k + 1].firstCode : static_cast<uint32_t>(w.fillCodes.size());
+    // The finest groups of faces are like fine vertices: many are met, and each of them seldom.
+    const size_t purpose = x.stored == Level::Fine || patches[x.patch].group == 1 ? 1 : 0;
+    for (uint32_t code = fills[k].firstCode; code < end; ++code) {
+      if (w.fillCodes[code] == PackedRgb::kMissing) continue;
+      w.shadeRequests[purpose].push_back(w.fillRequests[code]);
+      w.codeOf[purpose].push_back(code);
+    }
+  }
+  for (size_t purpose = 0; purpose < 2; ++purpose) {
+    const std::vector<Request>& requests = w.shadeRequests[purpose];
+    if (requests.empty()) continue;
+    vertexPoints += static_cast<int64_t>(requests.size());
+    w.fillRadiance.resize(requests.size());
+    shadeNested(requests, depth, purpose == 1 ? Purpose::FineVertex : Purpose::Vertex, w.fillRadiance,
+                nesting + 1);
+    for (size_t k = 0; k < requests.size(); ++k)
+      w.fillCodes[w.codeOf[purpose][k]] = PackedRgb::pack(w.fillRadiance[k]);
+  }
+
+  std::array<uint64_t, kMaxBlockVertices> block;
+  for (size_t k = 0; k < fills.size(); ++k) {
+    const Want& want = w.wants[fills[k].firstWant];
+    const Waiting& x = waiting[want.waiting];
+    const CacheKey key{x.patch, x.front, static_cast<uint8_t>(depth), x.block};
+    const uint32_t first = fills[k].firstCode;
+    const bool fine = x.stored == Level::Fine;
+    if (!fine) {
+      cache_->store(key, x.stored,
+                    std::span(w.fillCodes).subspan(first, patches[x.patch].vertexCount(x.stored)));
+    } else {
+      // Vertices of one block follow each other.
+      constexpr uint64_t kInBlock = 31;
+      const auto blockOf = [&](size_t i) { return w.wants[fills[i].firstWant].key & ~kInBlock; };
+      if (k == 0 || blockOf(k - 1) != blockOf(k)) block.fill(PackedRgb::kMissing);
+      block[want.key & kInBlock] = w.fillCodes[first];
+      if (k + 1 == fills.size() || blockOf(k + 1) != blockOf(k)) cache_->store(key, Level::Fine, block);
+    }
+    for (uint32_t i = fills[k].firstWant; i < fills[k].endWant; ++i) {
+      Waiting& to = waiting[w.wants[i].waiting];
+      if (fine)
+        to.codes[w.wants[i].corner] = w.fillCodes[first];
+      else
+        for (size_t c = 0; c < static_cast<size_t>(to.around.count); ++c)
+          to.codes[c] = w.fillCodes[first + to.around.index[c]];
+    }
+  }
+}
+
+}  // namespace patina
