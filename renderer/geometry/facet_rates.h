@@ -70,6 +70,14 @@ inline V2f tileToFace(const SurfaceRates& rates, FaceShape shape, uint32_t tile,
                     {(static_cast<float>(column) + st.x) * size, (static_cast<float>(row) + st.y) * size});
 }
 
+/// Whether two edges of a triangle span an area that is more than rounding. Where multiplications are fused
+/// the cross product of equal edges, of which cells at thinned sides have many, is not zero: it points
+/// anywhere.
+inline bool hasArea(const V3f& edge1, const V3f& edge2) {
+  return maxAbsComponent(edge1.cross(edge2)) >
+         roundingBound(8) * maxAbsComponent(edge1) * maxAbsComponent(edge2);
+}
+
 /// A point of a flat face's straight side, between its corners: the same bits from every face that has the
 /// side.
 V3f pointOnSide(const V3f& from, const V3f& to, double share);

@@ -502,26 +502,6 @@ void Geometry::reportMemory() const {
                     static_cast<double>(tessellations_->budget()) / kMegabyte));
 }
 
-V2f Geometry::insideFacet(uint32_t placement, uint32_t face, float u, float v) const {
-  constexpr float kInset = 0.2f;  // the least barycentric weight
-  const uint32_t index = placements_[placement].traced;
-  const TracedSurface& traced = traced_[index];
-  const FaceShape shape = surface(index).faceShape(face);
-  TessellationCache::Reader reader(*tessellations_);
-  const Tessellation::Member& member = reader.get(traced.unit).members[traced.member];
-  if (!member.rates) return {u, v};
-  const FacetPlace at = locateFacet(*member.rates, shape, face, {u, v});
-  const bool first = at.uv.x + at.uv.y <= 1;
-  float x = std::max(first ? at.uv.x : 1 - at.uv.x, kInset),
-        y = std::max(first ? at.uv.y : 1 - at.uv.y, kInset);
-  if (const float sum = x + y + std::max(1 - x - y, kInset); sum > 1) x /= sum, y /= sum;
-  const TileRates& r = member.rates->tiles[at.tile];
-  const float column = static_cast<float>(at.vertex % at.row) + (first ? x : 1 - x),
-              row = static_cast<float>(at.vertex / at.row) + (first ? y : 1 - y);
-  return tileToFace(*member.rates, shape, at.tile,
-                    {column / static_cast<float>(r.cellsU()), row / static_cast<float>(r.cellsV())});
-}
-
 Geometry::DisplacedPoint Geometry::displacedPoint(uint32_t placement, uint32_t face, float u, float v) const {
   const Placement& p = placements_[placement];
   const TracedSurface& traced = traced_[p.traced];
@@ -666,9 +646,9 @@ Facet Geometry::facet(uint32_t placement, uint32_t face, float u, float v) const
   const V3f e1 = c[1] - c[0], e2 = c[2] - c[0];
   Facet facet;
   facet.P = c[0] * (1 - w.x - w.y) + c[1] * w.x + c[2] * w.y;
-  facet.N = normalizedOr(e1.cross(e2), V3f(0, 0, 0)) * p.facetSign;
-  // Facets without area (poles, collapsed edges) take the normal of the smooth surface.
-  if (facet.N.length2() == 0)
+  if (hasArea(e1, e2))
+    facet.N = normalizedOr(e1.cross(e2), V3f(0, 0, 1)) * p.facetSign;
+  else  // poles, collapsed edges, cells at thinned sides
     facet.N =
         normalizedOr(transformNormal(surface(p).evaluate(face, u, v).N, p.worldToObject), V3f(0, 0, 1)) *
         p.normalSign;

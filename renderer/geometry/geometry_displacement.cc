@@ -79,4 +79,50 @@ void Geometry::checkDisplacement(uint32_t k, float moved) const {
                    "the displacement shader of this surface moves nothing");
 }
 
+V2f Geometry::insideFacet(uint32_t placement, uint32_t face, float u, float v) const {
+  constexpr float kInset = 0.2f;  // the least barycentric weight
+  const uint32_t index = placements_[placement].traced;
+  const TracedSurface& traced = traced_[index];
+  const FaceShape shape = surface(index).faceShape(face);
+  TessellationCache::Reader reader(*tessellations_);
+  const Tessellation& tessellation = reader.get(traced.unit);
+  const Tessellation::Member& member = tessellation.members[traced.member];
+  if (!member.rates) return {u, v};
+  const FacetPlace at = locateFacet(*member.rates, shape, face, {u, v});
+  const TileRates& r = member.rates->tiles[at.tile];
+  const V3f* const grid = &tessellation.vertices[tessellation.first[member.firstTile + at.tile]];
+  const auto cells = Imath::V2i(static_cast<int>(r.cellsU()), static_cast<int>(r.cellsV()));
+  const auto spans = [&](const Imath::V2i& cell, bool first) {
+    const V3f* const corner = grid + static_cast<uint32_t>(cell.y) * at.row + static_cast<uint32_t>(cell.x);
+    const V3f& P = corner[first ? 0 : at.row + 1];
+    return hasArea(corner[1] - P, corner[at.row] - P);
+  };
+  // The facet of (u, v), or the nearest one in the tile if that has collapsed, as many at thinned sides have.
+  Imath::V2i cell(static_cast<int>(at.vertex % at.row), static_cast<int>(at.vertex / at.row));
+  const V2f wanted = V2f(cell) + at.uv;  // in cells
+  bool first = at.uv.x + at.uv.y <= 1;
+  if (!spans(cell, first)) {
+    const Imath::V2i center = cell;
+    float least = kInfinity;
+    for (int ring = 0; least == kInfinity; ++ring) {
+      if (ring > std::max(cells.x, cells.y)) return {u, v};
+      for (int j = std::max(center.y - ring, 0); j <= std::min(center.y + ring, cells.y - 1); ++j)
+        for (int i = std::max(center.x - ring, 0); i <= std::min(center.x + ring, cells.x - 1); ++i)
+          for (const bool lower : {true, false}) {
+            const V2f middle = V2f(Imath::V2i(i, j)) + V2f(lower ? 1.0f / 3 : 2.0f / 3);
+            if (const float distance = (middle - wanted).length2(); distance < least && spans({i, j}, lower))
+              least = distance, cell = {i, j}, first = lower;
+          }
+    }
+  }
+  const V2f local = wanted - V2f(cell);
+  float x = std::clamp(first ? local.x : 1 - local.x, kInset, 1.0f),
+        y = std::clamp(first ? local.y : 1 - local.y, kInset, 1.0f);
+  if (const float sum = x + y + std::max(1 - x - y, kInset); sum > 1) x /= sum, y /= sum;
+  const float column = static_cast<float>(cell.x) + (first ? x : 1 - x),
+              row = static_cast<float>(cell.y) + (first ? y : 1 - y);
+  return tileToFace(*member.rates, shape, at.tile,
+                    {column / static_cast<float>(r.cellsU()), row / static_cast<float>(r.cellsV())});
+}
+
 }  // namespace patina

@@ -213,6 +213,29 @@ TEST(Displacement, HappensWhenAUnitIsMetAndOnceForAllInstances) {
   EXPECT_NEAR((own.geometry->facet(1, 0, 0.3f, 0.4f).P - V3f(3, 0, 0)).length(), 1.2f, 2e-3f);
 }
 
+TEST(Displacement, VerticesStandInFacetsThatHaveArea) {
+  const TestDisplacer waves([](const Displacer::Vertices& v, size_t k,
+                               V3f& P) { P += v.N[k] * (0.1f * std::sin(9 * P.x) * std::sin(7 * P.y)); },
+                            {0, 0.1f});
+  const World w(waves, 0, false);
+  constexpr int kSteps = 300;
+  int collapsed = 0;
+  for (int j = 0; j <= kSteps; ++j)
+    for (int i = 0; i <= kSteps; ++i) {
+      const V2f uv(static_cast<float>(i) / kSteps, static_cast<float>(j) / kSteps);
+      V3f corner[3];
+      V2f weights;
+      w.geometry->facetCorners(0, 0, uv.x, uv.y, corner, weights);
+      collapsed += !hasArea(corner[1] - corner[0], corner[2] - corner[0]);
+      const V2f inside = w.geometry->insideFacet(0, 0, uv.x, uv.y);
+      w.geometry->facetCorners(0, 0, inside.x, inside.y, corner, weights);
+      EXPECT_TRUE(hasArea(corner[1] - corner[0], corner[2] - corner[0])) << uv;
+      EXPECT_GT(std::min({weights.x, weights.y, 1 - weights.x - weights.y}), 0.08f) << uv;
+      EXPECT_LT((inside - uv).length(), 0.1f) << uv;
+    }
+  EXPECT_GT(collapsed, 0);
+}
+
 TEST(Displacement, BoundsAreFoundAndChecked) {
   const auto grow = [](const Displacer::Vertices& v, size_t k, V3f& P) { P += v.N[k] * 0.25f; };
   const TestDisplacer unbounded(grow);

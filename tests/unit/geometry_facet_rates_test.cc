@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "renderer/geometry/geometry.h"
 #include "tests/unit/geometry_subdivision_fixtures.h"
 
 namespace patina {
@@ -147,6 +148,39 @@ TEST(FacetRates, PlacesAreFoundAgain) {
   // The corner that a triangle's last row is.
   const FacetPlace corner = locateFacet(rates, FaceShape::Triangle, 0, {0, 1});
   EXPECT_EQ(corner.tile / 4, 3u);
+}
+
+// Cells at thinned sides collapse into lines and points; whoever asks for a place in one gets the surface's
+// normal there. (With fused multiplications their cross products are not zero.)
+TEST(FacetRates, CollapsedFacetsHaveTheNormalOfTheSurface) {
+  Scene scene;
+  scene.attributes.emplace_back();
+  scene.primitives = {quadric(Quadric::Kind::Sphere, {1, -1, 1}), primitive(cube(), kCubePoints)};
+  for (Primitive& p : scene.primitives) p.attributes = 0;
+  scene.primitives[1].objectToWorld.setTranslation(V3d(0.5, 1.2, 1));
+  Messages messages;
+  const Geometry geometry(scene, cameraAt({0.9, 0.1, -0.6}), messages.handler);
+  geometry.tessellations().setMaker([&](uint32_t unit) { return geometry.tessellate(unit); },
+                                    [] { return size_t{0}; });
+  for (uint32_t placement = 0; placement < 2; ++placement) {
+    const Surface& surface = geometry.surface(placement);
+    int collapsed = 0;
+    constexpr int kSteps = 257;
+    for (uint32_t face = 0; face < surface.faceCount(); ++face)
+      for (int j = 0; j <= kSteps; ++j)
+        for (int i = 0; i <= kSteps; ++i) {
+          const float u = static_cast<float>(i) / kSteps, v = static_cast<float>(j) / kSteps;
+          V3f corner[3];
+          V2f weights;
+          geometry.facetCorners(placement, face, u, v, corner, weights);
+          if (hasArea(corner[1] - corner[0], corner[2] - corner[0])) continue;
+          ++collapsed;
+          const V3f expected = surface.evaluate(face, u, v).N;
+          EXPECT_GT(geometry.facet(placement, face, u, v).N.dot(expected), 0.9999f) << u << " " << v;
+        }
+    EXPECT_GT(collapsed, 100) << placement;
+  }
+  EXPECT_TRUE(messages.lines.empty()) << messages.all();
 }
 
 }  // namespace
