@@ -272,9 +272,12 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     }
     const V2f local = patch.toLocal(p.u, p.v);
     VertexWeights& around = wave.around[i] = patch.locate(Level::Fine, local.x, local.y);
-    const uint64_t cell = uint64_t{index} << 17 | uint64_t{p.front} << 16 | around.index[0];
+    // The upper triangle of one square begins at the vertex that the lower one of another begins at.
+    const bool upper = around.index[1] < around.index[0];
+    const uint64_t cell =
+        uint64_t{index} << 17 | uint64_t{p.front} << 16 | uint64_t{upper} << 15 | around.index[0];
     const auto [at, isNewCell] = wave.cellOf.try_emplace(cell, static_cast<uint32_t>(wave.cells.size()));
-    if (isNewCell) wave.cells.push_back({index, p.front, around});
+    if (isNewCell) wave.cells.push_back({index, around, p});
     wave.inCells.emplace_back(i, at->second);
   }
   wave.separated.resize(wave.cells.size());
@@ -286,7 +289,8 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
       wave.byHit.push_back(i);
       continue;
     }
-    const auto& [index, front, ignored] = wave.cells[at];
+    const uint32_t index = wave.cells[at].patch;
+    const bool front = wave.cells[at].met.front;
     for (int k = 0; k < around.count; ++k) {
       const uint64_t key = uint64_t{index} << 17 | uint64_t{front} << 16 | around.index[k];
       const auto [found, isNew] = wave.known.try_emplace(key, static_cast<uint32_t>(wave.vertices.size()));

@@ -166,56 +166,6 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
   return {world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level)), seed};
 }
 
-void RadiosityEngine::blocked(std::span<const Request> points, std::span<const std::array<uint32_t, 2>> pairs,
-                              std::span<uint8_t> out, Workspace& w) const {
-  // Just above the surface, and above the dust on it.
-  constexpr float kLift = 0.02f;
-  w.chords.clear();
-  for (const auto& [first, second] : pairs) {
-    const ShadingPoint &a = points[first].point, &b = points[second].point;
-    const float lift = kLift * (b.P - a.P).length();
-    const V3f from = a.P + a.Ng * (lift + a.error), to = b.P + b.Ng * (lift + b.error);
-    w.chords.push_back({from, to - from, 0, 1, kDiffuseRay});
-  }
-  w.chordHits.resize(w.chords.size());
-  world_.accel().intersect(w.chords, w.chordHits);
-  for (size_t k = 0; k < pairs.size(); ++k) {
-    const ShadingPoint& a = points[pairs[k][0]].point;
-    const Hit& hit = w.chordHits[k];
-    // The chord of a curved surface runs inside of it.
-    out[k] = hit.valid() && (hit.placement != a.placement ||
-                             world_.geometry().surface(world_.geometry().placements()[a.placement]).isFlat());
-  }
-}
-
-void RadiosityEngine::separated(std::span<const Cell> cells, std::span<uint8_t> out) const {
-  Workspace& w = workspace(0);
-  std::fill(out.begin(), out.end(), uint8_t{0});
-  w.fillRequests.clear(), w.pairs.clear(), w.order.clear(), w.vertexOf.clear();
-  for (uint32_t k = 0; k < cells.size(); ++k)
-    if (cells[k].around.count >= 3) w.order.push_back(k);
-  std::sort(w.order.begin(), w.order.end(), [&](uint32_t a, uint32_t b) {
-    return std::pair(cells[a].patch, a) < std::pair(cells[b].patch, b);
-  });
-  for (const uint32_t k : w.order) {
-    const auto& [patch, front, around] = cells[k];
-    const auto first = static_cast<uint32_t>(w.fillRequests.size());
-    for (int i = 0; i < around.count; ++i)
-      w.fillRequests.push_back(vertexRequest(patch, front, Level::Fine, around.index[i], 0));
-    const auto add = [&](uint32_t a, uint32_t b) {
-      w.pairs.push_back({first + a, first + b});
-      w.vertexOf.push_back(k);
-    };
-    if (around.count == 4)
-      add(0, 3), add(1, 2);
-    else
-      add(0, 1), add(0, 2), add(1, 2);
-  }
-  w.separated.resize(w.pairs.size());
-  blocked(w.fillRequests, w.pairs, w.separated, w);
-  for (size_t k = 0; k < w.pairs.size(); ++k) out[w.vertexOf[k]] |= w.separated[k];
-}
-
 void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const {
   Workspace& w = workspace(0);
   w.fillRequests.clear();

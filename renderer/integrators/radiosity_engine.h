@@ -67,14 +67,15 @@ class RadiosityEngine {
   /// B at vertices, from the cache or made and kept. [any thread]
   void vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const;
 
-  /// A cell of a patch: the vertices around a point, of a level.
+  /// A cell of a patch, where a point of it was met: the vertices around that, of the fine level.
   struct Cell {
     uint32_t patch;
-    bool front;
     VertexWeights around;
+    ShadingPoint met;
   };
   /// Whether something stands between the vertices of each cell, so that interpolating them would carry light
-  /// or darkness through it (a vertex inside a box that stands on the patch, or behind a wall). [any thread]
+  /// or darkness through it (a vertex inside a box that stands on the patch, or behind a wall); what holds
+  /// for one point of a cell is taken to hold for all. [any thread]
   void separated(std::span<const Cell> cells, std::span<uint8_t> out) const;
 
   const World& world() const { return world_; }
@@ -108,9 +109,14 @@ class RadiosityEngine {
   void make(std::vector<Waiting>& waiting, int depth, int nesting) const;
   void makeSome(std::span<Fill> fills, std::vector<Waiting>& waiting, int depth, int nesting) const;
   static bool evaluate(const VertexWeights& around, const uint64_t* codes, Rgb& radiance);
-  /// Whether something stands between the points of each pair.
-  void blocked(std::span<const Request> points, std::span<const std::array<uint32_t, 2>> pairs,
-               std::span<uint8_t> out, Workspace& w) const;
+  using PointPair = std::array<const ShadingPoint*, 2>;
+  /// Whether something stands between the points of each pair: 1, else 0.
+  void blocked(std::span<const PointPair> pairs, std::span<uint8_t> out, Workspace& w) const;
+  void hidden(std::span<const PointPair> pairs, std::span<uint8_t> out, Workspace& w) const;
+  void cutAway(std::span<const Request> points, std::span<uint64_t> codes, Workspace& w) const;
+  bool isDisplaced(uint32_t placement) const {
+    return world_.geometry().traced()[world_.geometry().placements()[placement].traced].isDisplaced;
+  }
   /// Light that lobes and view-dependent emission send back along each point's I: unbiased walks of one ray,
   /// to the first surface without lobes or the specular depth limit.
   void followLobes(std::span<Walk> walks, int depth, int nesting) const;

@@ -137,7 +137,7 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
   ++fillBatches;
   Workspace& w = workspace(nesting);
   const PatchTable& patches = world_.geometry().patches();
-  w.fillRequests.clear(), w.pairs.clear();
+  w.fillRequests.clear(), w.pairOf.clear();
   for (Fill& fill : fills) {
     const Want& want = w.wants[fill.firstWant];
     const Waiting& x = waiting[want.waiting];
@@ -154,15 +154,18 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
       w.fillRequests.push_back(vertexRequest(x.patch, x.front, x.stored, k, depth));
     if (count > 1)
       patch.forEachDiagonal(x.stored, [&](uint32_t a, uint32_t b) {
-        w.pairs.push_back({first + a, first + b});
+        w.pairOf.push_back({first + a, first + b});
       });
   }
   // Cells that something stands in are left to the finer level, or to shading at the hit.
   w.fillCodes.assign(w.fillRequests.size(), 0);
+  cutAway(w.fillRequests, w.fillCodes, w);
+  w.pairs.clear();
+  for (const auto& [a, b] : w.pairOf) w.pairs.push_back({&w.fillRequests[a].point, &w.fillRequests[b].point});
   w.separated.resize(w.pairs.size());
-  blocked(w.fillRequests, w.pairs, w.separated, w);
+  blocked(w.pairs, w.separated, w);
   for (size_t k = 0; k < w.pairs.size(); ++k)
-    if (w.separated[k]) w.fillCodes[w.pairs[k][0]] = w.fillCodes[w.pairs[k][1]] = PackedRgb::kMissing;
+    if (w.separated[k]) w.fillCodes[w.pairOf[k][0]] = w.fillCodes[w.pairOf[k][1]] = PackedRgb::kMissing;
 
   for (size_t purpose = 0; purpose < 2; ++purpose)
     w.shadeRequests[purpose].clear(), w.codeOf[purpose].clear();

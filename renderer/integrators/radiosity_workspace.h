@@ -129,14 +129,18 @@ struct RadiosityEngine::Workspace {
   std::array<std::vector<Request>, 2> shadeRequests;  // Vertex, FineVertex
   std::array<std::vector<uint32_t>, 2> codeOf;
   std::vector<Rgb> fillRadiance;
-  std::vector<std::array<uint32_t, 2>> pairs;
-  std::vector<uint8_t> separated;
+  std::vector<std::array<uint32_t, 2>> pairOf;  // of fillRequests
+  std::vector<PointPair> pairs, hiddenPairs;
+  std::vector<uint8_t> separated, hidden;
+  std::vector<uint32_t> pairOfHidden;
   // vertices
   std::vector<uint32_t> vertexOf, order;
   std::vector<BlockVertex> blocks;
   // separations
   std::vector<Ray> chords;
   std::vector<Hit> chordHits;
+  std::vector<uint32_t> chordOf, chordsMet;
+  std::vector<int> entered;  // by pair: fronts met less backs met
   // follow
   std::vector<Walk> walks;
   ShadedPoints specular;

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether values at vertices may be carried from one to the other.
+#include <algorithm>
+
+#include "renderer/integrators/radiosity_workspace.h"
+
+namespace patina {
+
+void RadiosityEngine::blocked(std::span<const PointPair> pairs, std::span<uint8_t> out, Workspace& w) const {
+  const Geometry& geometry = world_.geometry();
+  // Just above the surface, and above the dust on it.
+  constexpr float kLift = 0.02f;
+  w.chords.clear();
+  for (const auto& [a, b] : pairs) {
+    const float lift = kLift * (b->P - a->P).length();
+    const V3f from = a->P + a->Ng * (lift + a->error), to = b->P + b->Ng * (lift + b->error);
+    w.chords.push_back({from, to - from, 0, 1, kDiffuseRay});
+  }
+  w.chordHits.resize(w.chords.size());
+  world_.accel().intersect(w.chords, w.chordHits);
+  w.hiddenPairs.clear(), w.pairOfHidden.clear();
+  for (uint32_t k = 0; k < pairs.size(); ++k) {
+    const Hit& hit = w.chordHits[k];
+    const uint32_t placement = pairs[k][0]->placement;
+    out[k] = 1;
+    if (hit.valid() && hit.placement != placement) continue;
+    if (isDisplaced(placement)) {
+      w.hiddenPairs.push_back(pairs[k]), w.pairOfHidden.push_back(k);
+      continue;
+    }
+    // The chord of a curved surface runs inside of it.
+    out[k] = hit.valid() && geometry.surface(geometry.placements()[placement]).isFlat();
+  }
+  if (w.hiddenPairs.empty()) return;
+  w.hidden.resize(w.hiddenPairs.size());
+  hidden(w.hiddenPairs, w.hidden, w);
+  for (size_t k = 0; k < w.hidden.size(); ++k) out[w.pairOfHidden[k]] = w.hidden[k];
+}
+
+/// Whether a displaced surface comes between two of its points where it pushes through itself, as at the
+/// edges of polygons: then one of them is on a part that is seen from nowhere. The chord between them may run
+/// through bumps, but leaves as many as it enters.
+void RadiosityEngine::hidden(std::span<const PointPair> pairs, std::span<uint8_t> out, Workspace& w) const {
+  constexpr int kMostSheets = 16;  // of bumps finer than the distance of the points: nothing is known
+  const Geometry& geometry = world_.geometry();
+  w.chords.clear(), w.chordOf.clear();
+  w.entered.assign(pairs.size(), 0);
+  for (uint32_t k = 0; k < pairs.size(); ++k) {
+    const auto& [a, b] = pairs[k];
+    const V3f from = leave(a->facet(), a->Ng);
+    w.chords.push_back({from, leave(b->facet(), b->Ng) - from, 0, 1, kDiffuseRay});
+    w.chordOf.push_back(k);
+    out[k] = 0;
+  }
+  for (int sheet = 0; sheet < kMostSheets && !w.chords.empty(); ++sheet) {
+    w.chordHits.resize(w.chords.size());
+    world_.accel().intersect(w.chords, w.chordHits);
+    w.chordsMet.clear();
+    for (uint32_t i = 0; i < w.chords.size(); ++i) {
+      const uint32_t k = w.chordOf[i];
+      const Hit& hit = w.chordHits[i];
+      if (!hit.valid())
+        out[k] = w.entered[k] != 0;
+      else
+        w.chordsMet.push_back(i);
+      if (hit.valid() && hit.placement == pairs[k][0]->placement) w.entered[k] += hit.front ? 1 : -1;
+    }
+    geometry.orderByUnit(w.chordsMet, [&](uint32_t i) { return w.chordHits[i].placement; });
+    for (const uint32_t i : w.chordsMet) {
+      const Hit& hit = w.chordHits[i];
+      const ShadingPoint& b = *pairs[w.chordOf[i]][1];
+      Ray& ray = w.chords[i];
+      ray.origin = goOn(ray, hit, geometry.facet(hit.placement, hit.face, hit.u, hit.v));
+      ray.direction = leave(b.facet(), b.Ng) - ray.origin;
+    }
+    std::sort(w.chordsMet.begin(), w.chordsMet.end());
+    for (uint32_t i = 0; i < w.chordsMet.size(); ++i) {
+      w.chords[i] = w.chords[w.chordsMet[i]];
+      w.chordOf[i] = w.chordOf[w.chordsMet[i]];
+    }
+    w.chords.resize(w.chordsMet.size()), w.chordOf.resize(w.chordsMet.size());
+  }
+}
+
+/// Marks as missing the points on a part of a solid's operand that is not on the solid: where rays do not
+/// meet it.
+void RadiosityEngine::cutAway(std::span<const Request> points, std::span<uint64_t> codes,
+                              Workspace& w) const {
+  const Geometry& geometry = world_.geometry();
+  if (geometry.solids().empty()) return;
+  w.chords.clear(), w.chordOf.clear();
+  for (uint32_t k = 0; k < points.size(); ++k) {
+    const ShadingPoint& p = points[k].point;
+    if (geometry.traced()[geometry.placements()[p.placement].traced].solid == kNone) continue;
+    w.chords.push_back({leave(p.facet(), p.Ng), -p.Ng, 0, 4 * p.error, kAnyRay});
+    w.chordOf.push_back(k);
+  }
+  w.chordHits.resize(w.chords.size());
+  world_.accel().intersect(w.chords, w.chordHits);
+  for (size_t i = 0; i < w.chords.size(); ++i)
+    if (w.chordHits[i].placement != points[w.chordOf[i]].point.placement)
+      codes[w.chordOf[i]] = PackedRgb::kMissing;
+}
+
+void RadiosityEngine::separated(std::span<const Cell> cells, std::span<uint8_t> out) const {
+  Workspace& w = workspace(0);
+  std::fill(out.begin(), out.end(), uint8_t{0});
+  w.fillRequests.clear(), w.pairOf.clear(), w.order.clear(), w.vertexOf.clear();
+  for (uint32_t k = 0; k < cells.size(); ++k)
+    if (cells[k].around.count >= 3) w.order.push_back(k);
+  std::sort(w.order.begin(), w.order.end(), [&](uint32_t a, uint32_t b) {
+    return std::pair(cells[a].patch, a) < std::pair(cells[b].patch, b);
+  });
+  for (const uint32_t k : w.order) {
+    const auto& [patch, around, met] = cells[k];
+    const auto first = static_cast<uint32_t>(w.fillRequests.size());
+    for (int i = 0; i < around.count; ++i)
+      w.fillRequests.push_back(vertexRequest(patch, met.front, Level::Fine, around.index[i], 0));
+    const auto add = [&](uint32_t a, uint32_t b) {
+      w.pairOf.push_back({first + a, first + b});
+      w.vertexOf.push_back(k);
+    };
+    if (around.count == 4)
+      add(0, 3), add(1, 2);
+    else
+      add(0, 1), add(0, 2), add(1, 2);
+  }
+  w.pairs.clear();
+  for (const auto& [a, b] : w.pairOf) w.pairs.push_back({&w.fillRequests[a].point, &w.fillRequests[b].point});
+  w.separated.resize(w.pairs.size());
+  blocked(w.pairs, w.separated, w);
+  for (size_t k = 0; k < w.pairs.size(); ++k) out[w.vertexOf[k]] |= w.separated[k];
+  // Parts of displaced surfaces that are met may be next to such that are seen from nowhere.
+  w.pairs.clear(), w.vertexOf.clear();
+  uint32_t vertex = 0;
+  for (const uint32_t k : w.order)
+    for (int i = 0; i < cells[k].around.count; ++i, ++vertex)
+      if (isDisplaced(cells[k].met.placement) && !out[k]) {
+        w.pairs.push_back({&cells[k].met, &w.fillRequests[vertex].point});
+        w.vertexOf.push_back(k);
+      }
+  if (w.pairs.empty()) return;
+  w.separated.resize(w.pairs.size());
+  hidden(w.pairs, w.separated, w);
+  for (size_t k = 0; k < w.pairs.size(); ++k) out[w.vertexOf[k]] |= w.separated[k];
+}
+
+}  // namespace patina
