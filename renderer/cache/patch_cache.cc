@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <new>
+#include <thread>
 
 #include "renderer/base/sampling.h"
 
@@ -14,13 +15,15 @@ namespace {
 
 __extension__ using Wide = unsigned __int128;
 
-// A tag: patch 32 | front 1 | depth 4 | block 5 | valid 1 | used 1 | version 20. Zero is an empty slot.
-// Block 0 is the coarse or medium level's only one; the fine level has 1 to 16.
-constexpr uint64_t kVersionMask = (uint64_t{1} << 20) - 1;
+// A tag: patch 32 | front 1 | depth 4 | block 5 | valid 1 | used 1 | locked 1 | version 19. Zero is an empty
+// slot. Block 0 is the coarse or medium level's only one; the fine level has 1 to 16. A slot that is locked
+// is being written: if it is valid, what it holds stays, and more is added to it.
+constexpr uint64_t kVersionMask = (uint64_t{1} << 19) - 1;
+constexpr uint64_t kLocked = uint64_t{1} << 19;
 constexpr uint64_t kUsed = uint64_t{1} << 20;
 constexpr uint64_t kValid = uint64_t{1} << 21;
 constexpr int kBlockShift = 22, kDepthShift = 27, kFrontShift = 31, kPatchShift = 32;
-constexpr uint64_t kKeyMask = ~(kVersionMask | kUsed);
+constexpr uint64_t kKeyMask = ~(kVersionMask | kLocked | kUsed);
 
 constexpr std::array<uint32_t, 2> kWords{4, kMaxBlockVertices};
 constexpr std::array<double, 2> kShare{0.25, 0.75};  // of the budget
@@ -86,7 +89,7 @@ bool PatchCache::find(const CacheKey& key, Level level, std::span<const uint32_t
     const std::atomic<uint64_t>* data = table.data + slot * table.words;
     for (size_t k = 0; k < which.size(); ++k) codes[k] = data[which[k]].load(std::memory_order_acquire);
     const uint64_t after = table.tags[slot].load(std::memory_order_relaxed);
-    if ((after & ~kUsed) != (tag & ~kUsed)) return false;
+    if ((after & ~(kUsed | kLocked)) != (tag & ~(kUsed | kLocked))) return false;
     if (!(after & kUsed)) {
       uint64_t expected = after;
       table.tags[slot].compare_exchange_strong(expected, after | kUsed, std::memory_order_relaxed);
@@ -99,15 +102,32 @@ bool PatchCache::find(const CacheKey& key, Level level, std::span<const uint32_t
 void PatchCache::store(const CacheKey& key, Level level, std::span<const uint64_t> codes) {
   const Table& table = this->table(level);
   if (table.sets == 0) return;
+  while (!tryStore(table, key, level, codes)) std::this_thread::yield();
+}
+
+/// False: another thread was faster, or is at it.
+bool PatchCache::tryStore(const Table& table, const CacheKey& key, Level level,
+                          std::span<const uint64_t> codes) {
   const uint64_t wanted = keyBits(key, level);
   const Places places = placesOf(table, wanted);
-
+  const auto write = [&](uint64_t slot, bool all) {
+    std::atomic<uint64_t>* const data = table.data + slot * table.words;
+    for (size_t k = 0; k < codes.size(); ++k)
+      if (all || codes[k] != PackedRgb::kMissing) data[k].store(codes[k], std::memory_order_release);
+  };
   // The entry itself, an empty slot, or the first slot that was not used since the hand last passed (CLOCK).
   constexpr uint64_t kNoSlot = ~uint64_t{0};
   uint64_t victim = kNoSlot, tag = 0;
-  for (uint32_t way = 0; way < 2 * kWays && victim == kNoSlot; ++way) {
-    tag = table.tags[places.slot(way)].load(std::memory_order_acquire);
-    if ((tag & kKeyMask) == wanted) victim = places.slot(way);
+  for (uint32_t way = 0; way < 2 * kWays; ++way) {
+    const uint64_t slot = places.slot(way);
+    tag = table.tags[slot].load(std::memory_order_acquire);
+    if (tag == 0 || ((tag ^ wanted) & kKeyMask & ~kValid) != 0) continue;
+    if ((tag & kLocked) ||
+        !table.tags[slot].compare_exchange_strong(tag, tag | kLocked, std::memory_order_acq_rel))
+      return false;
+    write(slot, false);
+    table.tags[slot].fetch_and(~kLocked, std::memory_order_release);
+    return true;
   }
   for (uint32_t way = 0; way < 2 * kWays && victim == kNoSlot; ++way) {
     tag = table.tags[places.slot(way)].load(std::memory_order_acquire);
@@ -121,32 +141,29 @@ void PatchCache::store(const CacheKey& key, Level level, std::span<const uint64_
   for (uint32_t step = 0; step < 4 * kWays && victim == kNoSlot; ++step) {
     const uint64_t slot = places.slot((places.start + step) % (2 * kWays));
     tag = table.tags[slot].load(std::memory_order_acquire);
-    if (!(tag & kValid) || isFine(tag) != fineGives) continue;  // being written, or the other kind
+    if (!(tag & kValid) || (tag & kLocked) || isFine(tag) != fineGives) continue;  // or the other kind
     if (tag & kUsed)
       table.tags[slot].compare_exchange_strong(tag, tag & ~kUsed, std::memory_order_relaxed);
     else
       victim = slot;
   }
-  if (victim == kNoSlot) return;
+  if (victim == kNoSlot) return true;
   // Vertices at depth 0 are used by one bucket and its neighbours: they are the first to go.
   const uint64_t used = level == Level::Fine && key.depth == 0 ? 0 : kUsed;
-  const bool same = (tag & kKeyMask) == wanted;
   const uint64_t version = (tag + 1) & kVersionMask;
-  // While it is written the tag is neither valid nor zero.
-  const uint64_t busy = version | (version == 0 ? 1 : 0);
-  if (!table.tags[victim].compare_exchange_strong(tag, busy, std::memory_order_acq_rel)) return;
-  std::atomic<uint64_t>* data = table.data + victim * table.words;
-  for (size_t k = 0; k < codes.size(); ++k)
-    if (!same || codes[k] != PackedRgb::kMissing) data[k].store(codes[k], std::memory_order_release);
-  table.tags[victim].store(wanted | used | ((busy + 1) & kVersionMask), std::memory_order_release);
-  if (same) return;
+  // Who wants to store the same sees that it is being done.
+  const uint64_t busy = (wanted & ~kValid) | kLocked | version;
+  if (!table.tags[victim].compare_exchange_strong(tag, busy, std::memory_order_acq_rel)) return false;
+  write(victim, true);
+  table.tags[victim].store(wanted | used | version, std::memory_order_release);
   const auto depthOf = [](uint64_t t) { return static_cast<size_t>(t >> kDepthShift & 15); };
   counts_[static_cast<size_t>(level)].entries[depthOf(wanted)].fetch_add(1, std::memory_order_relaxed);
-  if (tag == 0) return;
+  if (tag == 0) return true;
   const Level evicted = level == Level::Coarse ? Level::Coarse : isFine(tag) ? Level::Fine : Level::Medium;
   Counts& counts = counts_[static_cast<size_t>(evicted)];
   counts.entries[depthOf(tag)].fetch_sub(1, std::memory_order_relaxed);
   counts.evictions[depthOf(tag)].fetch_add(1, std::memory_order_relaxed);
+  return true;
 }
 
 size_t PatchCache::bytesPerSlot(Level level) const { return (table(level).words + 1) * sizeof(uint64_t); }

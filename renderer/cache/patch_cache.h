@@ -6,12 +6,12 @@
 // entries share, which both have up to 25 vertices: a patch of 16x16 micropolygons has one medium entry and
 // 16 fine blocks of 4x4 cells with their rims, of which only those are kept that someone looked at. A key may
 // live in any of the eight slots of two sets, each of which has its tags in one cache line. What was not used
-// for a while gives way (CLOCK), fine blocks before medium entries. All memory is reserved at once and touched
-// as it is needed, so the budget holds at every moment.
+// for a while gives way (CLOCK), fine blocks before medium entries. All memory is reserved at once and
+// touched as it is needed, so the budget holds at every moment.
 //
 // Hits take no lock: a reader copies the words that it wants and then checks that the tag is still the one it
-// found; a writer makes the tag invalid first. A value depends on its key alone, so it does not matter who
-// writes it, how often it is evicted, or that two threads may compute it at once.
+// found; who takes a slot for another key makes the tag invalid first. A value depends on its key alone, so
+// it does not matter who writes it, how often it is evicted, or that two threads may compute it at once.
 #pragma once
 
 #include <array>
@@ -47,8 +47,8 @@ class PatchCache {
   bool find(const CacheKey& key, Level level, std::span<const uint32_t> which, uint64_t* codes) const;
 
   /// Stores a block, in the place of one that has not been used for a while. `codes` holds all vertices of
-  /// the block, in order; kMissing leaves what is there. May do nothing when the slot is being written by
-  /// another thread. [any thread]
+  /// the block, in order; kMissing leaves what is there. Waits while another thread writes the same block;
+  /// does nothing when all slots that it might take are being written. [any thread]
   void store(const CacheKey& key, Level level, std::span<const uint64_t> codes);
 
   struct Use {
@@ -77,6 +77,7 @@ class PatchCache {
     uint32_t start;                 // where the hand is set
     uint64_t slot(uint32_t way) const { return first[way / kWays] + way % kWays; }
   };
+  bool tryStore(const Table& table, const CacheKey& key, Level level, std::span<const uint64_t> codes);
   static Places placesOf(const Table& table, uint64_t keyBits);
   static uint64_t keyBits(const CacheKey& key, Level level);
   const Table& table(Level level) const { return tables_[level == Level::Coarse ? 0 : 1]; }

@@ -2,7 +2,7 @@
 // Radiosity of points and vertices, and their direct light.
 #include "renderer/integrators/radiosity_engine.h"
 
-#include <array>
+#include <numeric>
 #include <tuple>
 
 #include "renderer/base/statistics.h"
@@ -168,11 +168,10 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
 
 void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const {
   Workspace& w = workspace(0);
-  w.fillRequests.clear();
-  w.vertexOf.clear();
-  for (uint32_t k = 0; k < wanted.size(); ++k) {
-    const Vertex& v = wanted[k];
-    if (cache_) {
+  if (cache_) {
+    w.waiting.clear(), w.vertexOf.clear();
+    for (uint32_t k = 0; k < wanted.size(); ++k) {
+      const Vertex& v = wanted[k];
       CacheStatistics& statistics = cacheStatistics(Level::Fine, 0);
       ++statistics.lookups;
       const BlockVertex at = world_.geometry().patches()[v.patch].blockOf(v.index);
@@ -184,54 +183,40 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
         out[k] = PackedRgb::unpack(code);
         continue;
       }
-      ++statistics.misses;
+      Waiting& x = w.waiting.emplace_back();
+      x.patch = v.patch, x.front = v.front, x.level = x.stored = Level::Fine, x.block = at.block;
+      x.counted = false;
+      x.around.count = 1, x.around.index[0] = v.index, x.inBlock[0] = index;
+      x.codes.fill(PackedRgb::kMissing);
+      w.vertexOf.push_back(k);
     }
-    w.vertexOf.push_back(k);
+    make(w.waiting, 0, 0);
+    for (size_t i = 0; i < w.waiting.size(); ++i) {
+      const uint64_t code = w.waiting[i].codes[0];
+      out[w.vertexOf[i]] = code == PackedRgb::kMissing ? Rgb(0, 0, 0) : PackedRgb::unpack(code);
+    }
+    return;
   }
-  std::sort(w.vertexOf.begin(), w.vertexOf.end(), [&](uint32_t a, uint32_t b) {
+  w.order.resize(wanted.size());
+  std::iota(w.order.begin(), w.order.end(), 0u);
+  std::sort(w.order.begin(), w.order.end(), [&](uint32_t a, uint32_t b) {
     const Vertex &x = wanted[a], &y = wanted[b];
     return std::tuple(x.patch, x.front, x.index) < std::tuple(y.patch, y.front, y.index);
   });
-  for (const uint32_t k : w.vertexOf) {
-    const Vertex& v = wanted[k];
-    w.fillRequests.push_back(vertexRequest(v.patch, v.front, Level::Fine, v.index, 0));
-  }
-  vertexPoints += static_cast<int64_t>(w.fillRequests.size());
-  w.fillRadiance.resize(w.fillRequests.size());
   const size_t batch = pointsAtOnce(settings_.rays.diffuse(0, Purpose::Vertex));
-  for (size_t first = 0; first < w.fillRequests.size(); first += batch) {
-    const size_t n = std::min(batch, w.fillRequests.size() - first);
-    shadeNested(std::span(w.fillRequests).subspan(first, n), 0, Purpose::Vertex,
-                std::span(w.fillRadiance).subspan(first, n), 1);
-  }
-  // A value is what its code says, whether it was found or made.
-  w.fillCodes.clear();
-  for (size_t k = 0; k < w.vertexOf.size(); ++k) {
-    w.fillCodes.push_back(PackedRgb::pack(w.fillRadiance[k]));
-    out[w.vertexOf[k]] = PackedRgb::unpack(w.fillCodes.back());
-  }
-  if (!cache_) return;
-  // Kept by block, with the vertices that were not asked for marked as missing.
-  w.blocks.clear();
-  for (const uint32_t k : w.vertexOf)
-    w.blocks.push_back(world_.geometry().patches()[wanted[k].patch].blockOf(wanted[k].index));
-  w.order.resize(w.vertexOf.size());
-  for (uint32_t k = 0; k < w.order.size(); ++k) w.order[k] = k;
-  const auto keyOf = [&](uint32_t k) {
-    const Vertex& v = wanted[w.vertexOf[k]];
-    return uint64_t{v.patch} << 5 | uint64_t{v.front} << 4 | w.blocks[k].block;
-  };
-  std::sort(w.order.begin(), w.order.end(), [&](uint32_t a, uint32_t b) { return keyOf(a) < keyOf(b); });
-  std::array<uint64_t, kMaxBlockVertices> codes;
-  for (size_t begin = 0; begin < w.order.size();) {
-    const uint32_t first = w.order[begin];
-    const Vertex& v = wanted[w.vertexOf[first]];
-    codes.fill(PackedRgb::kMissing);
-    size_t end = begin;
-    for (; end < w.order.size() && keyOf(w.order[end]) == keyOf(first); ++end)
-      codes[w.blocks[w.order[end]].index] = w.fillCodes[w.order[end]];
-    cache_->store({v.patch, v.front, 0, w.blocks[first].block}, Level::Fine, codes);
-    begin = end;
+  for (size_t first = 0; first < w.order.size(); first += batch) {
+    const size_t n = std::min(batch, w.order.size() - first);
+    w.fillRequests.clear();
+    for (size_t i = first; i < first + n; ++i) {
+      const Vertex& v = wanted[w.order[i]];
+      w.fillRequests.push_back(vertexRequest(v.patch, v.front, Level::Fine, v.index, 0));
+    }
+    vertexPoints += static_cast<int64_t>(n);
+    w.fillRadiance.resize(n);
+    shadeNested(w.fillRequests, 0, Purpose::Vertex, w.fillRadiance, 1);
+    // Rounded as the cache rounds: a picture without it differs by what the cache does, not by its format.
+    for (size_t i = 0; i < n; ++i)
+      out[w.order[first + i]] = PackedRgb::unpack(PackedRgb::pack(w.fillRadiance[i]));
   }
 }
 

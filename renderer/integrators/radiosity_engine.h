@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "renderer/base/sampling.h"
+#include "renderer/cache/fill_claims.h"
 #include "renderer/cache/patch_cache.h"
 #include "renderer/integrators/world.h"
 
@@ -107,6 +108,7 @@ class RadiosityEngine {
   void tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t patch, Level level, int depth,
                  std::vector<Waiting>& waiting) const;
   void make(std::vector<Waiting>& waiting, int depth, int nesting) const;
+  bool takeFromCache(const Fill& fill, std::vector<Waiting>& waiting, int depth, int nesting) const;
   void makeSome(std::span<Fill> fills, std::vector<Waiting>& waiting, int depth, int nesting) const;
   static bool evaluate(const VertexWeights& around, const uint64_t* codes, Rgb& radiance);
   using PointPair = std::array<const ShadingPoint*, 2>;
@@ -129,6 +131,7 @@ class RadiosityEngine {
   const World& world_;
   Settings settings_;
   std::unique_ptr<PatchCache> cache_;
+  mutable FillClaims claims_;  ///< by Want::key
 };
 
 }  // namespace patina

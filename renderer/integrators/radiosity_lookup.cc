@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Look-ups in the cache, and the filling of what they miss: each entry once for all look-ups of a batch.
+#include <thread>
+
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/radiosity_workspace.h"
 
@@ -8,6 +10,7 @@ namespace {
 
 STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/batches of fills", fillBatches);
+STAT_COUNTER("Radiosity/entries made by another thread meanwhile", madeByOthers);
 
 constexpr Level finer(Level level) { return static_cast<Level>(static_cast<int>(level) + 1); }
 
@@ -97,14 +100,17 @@ void RadiosityEngine::tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t 
 }
 
 /// Gives all that wait their codes. A fine vertex is made by itself, as few rays need it and a miss must not
-/// cost a whole patch; of the other levels all vertices are.
+/// cost a whole patch; of the other levels all vertices are. What another thread is making already is left
+/// until the rest is made. (That thread may itself wait, but only for entries of larger depth, of which this
+/// one has no claim then.)
 void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting) const {
   Workspace& w = workspace(nesting);
-  w.wants.clear(), w.fills.clear();
+  w.wants.clear(), w.fills.clear(), w.others.clear();
   for (uint32_t k = 0; k < waiting.size(); ++k) {
     const Waiting& x = waiting[k];
-    const uint64_t key = uint64_t{x.patch} << 12 | uint64_t{x.front} << 11 |
-                         static_cast<uint64_t>(x.stored) << 9 | uint64_t{x.block} << 5;
+    const uint64_t key = static_cast<uint64_t>(depth) << 44 | uint64_t{x.patch} << 12 |
+                         uint64_t{x.front} << 11 | static_cast<uint64_t>(x.stored) << 9 |
+                         uint64_t{x.block} << 5;
     if (x.stored != Level::Fine)
       w.wants.push_back({key, k, 0});
     else
@@ -114,22 +120,70 @@ void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting
   std::sort(w.wants.begin(), w.wants.end());
   const size_t most = pointsAtOnce(settings_.rays.diffuse(depth, Purpose::Vertex));
   size_t vertices = 0;
-  for (uint32_t begin = 0, end = 0; begin < w.wants.size(); begin = end) {
-    while (end < w.wants.size() && w.wants[end].key == w.wants[begin].key) ++end;
-    Waiting& first = waiting[w.wants[begin].waiting];
-    if (!first.counted) ++cacheStatistics(first.stored, depth).misses;
-    first.counted = true;
-    w.fills.push_back({begin, end, 0});
-    vertices +=
-        first.stored == Level::Fine ? 1 : world_.geometry().patches()[first.patch].vertexCount(first.stored);
-    if (vertices < most && end < w.wants.size()) continue;
-    makeSome(w.fills, waiting, depth, nesting);
+  const auto makeNow = [&] {
+    if (!w.fills.empty()) makeSome(w.fills, waiting, depth, nesting);
+    for (const Fill& fill : w.fills) claims_.giveBack(w.wants[fill.firstWant].key);
     w.fills.clear();
     vertices = 0;
+  };
+  // False: it is another thread's.
+  const auto take = [&](const Fill& fill) {
+    const uint64_t key = w.wants[fill.firstWant].key;
+    if (!claims_.claim(key)) return false;
+    if (takeFromCache(fill, waiting, depth, nesting)) {  // it was made between the look-up and the claim
+      ++madeByOthers;
+      claims_.giveBack(key);
+      return true;
+    }
+    Waiting& first = waiting[w.wants[fill.firstWant].waiting];
+    if (!first.counted) ++cacheStatistics(first.stored, depth).misses;
+    first.counted = true;
+    w.fills.push_back(fill);
+    vertices +=
+        first.stored == Level::Fine ? 1 : world_.geometry().patches()[first.patch].vertexCount(first.stored);
+    if (vertices >= most) makeNow();
+    return true;
+  };
+  for (uint32_t begin = 0, end = 0; begin < w.wants.size(); begin = end) {
+    while (end < w.wants.size() && w.wants[end].key == w.wants[begin].key) ++end;
+    if (!take({begin, end, 0})) w.others.push_back({begin, end, 0});
+  }
+  makeNow();
+  while (!w.others.empty()) {
+    const size_t left = w.others.size();
+    std::erase_if(w.others, [&](const Fill& fill) {
+      if (!takeFromCache(fill, waiting, depth, nesting)) return take(fill);
+      ++madeByOthers;
+      return true;
+    });
+    makeNow();
+    if (w.others.size() == left) std::this_thread::yield();
   }
   // Those that found their values made by others.
   for (const Waiting& x : waiting)
     if (!x.counted) ++cacheStatistics(x.stored, depth).hits;
+}
+
+/// False: the entry is not there, or not all of it.
+bool RadiosityEngine::takeFromCache(const Fill& fill, std::vector<Waiting>& waiting, int depth,
+                                    int nesting) const {
+  const Workspace& w = workspace(nesting);
+  for (uint32_t i = fill.firstWant; i < fill.endWant; ++i) {
+    const auto& [ignored, index, corner] = w.wants[i];
+    Waiting& x = waiting[index];
+    const CacheKey key{x.patch, x.front, static_cast<uint8_t>(depth), x.block};
+    if (x.stored == Level::Fine) {
+      if (!cache_->find(key, Level::Fine, {&x.inBlock[corner], 1}, &x.codes[corner]) ||
+          x.codes[corner] == PackedRgb::kMissing) {
+        x.codes[corner] = PackedRgb::kMissing;
+        return false;
+      }
+    } else if (!cache_->find(key, x.stored, {x.inBlock.data(), static_cast<size_t>(x.around.count)},
+                             x.codes.data())) {
+      return false;
+    }
+  }
+  return true;
 }
 
 void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& waiting, int depth,

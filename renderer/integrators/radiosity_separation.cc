@@ -125,6 +125,12 @@ void RadiosityEngine::separated(std::span<const Cell> cells, std::span<uint8_t> 
     else
       add(0, 1), add(0, 2), add(1, 2);
   }
+  w.fillCodes.assign(w.fillRequests.size(), 0);
+  cutAway(w.fillRequests, w.fillCodes, w);
+  uint32_t vertex = 0;
+  for (const uint32_t k : w.order)
+    for (int i = 0; i < cells[k].around.count; ++i)
+      if (w.fillCodes[vertex++] == PackedRgb::kMissing) out[k] = 1;
   w.pairs.clear();
   for (const auto& [a, b] : w.pairOf) w.pairs.push_back({&w.fillRequests[a].point, &w.fillRequests[b].point});
   w.separated.resize(w.pairs.size());
@@ -132,7 +138,7 @@ void RadiosityEngine::separated(std::span<const Cell> cells, std::span<uint8_t> 
   for (size_t k = 0; k < w.pairs.size(); ++k) out[w.vertexOf[k]] |= w.separated[k];
   // Parts of displaced surfaces that are met may be next to such that are seen from nowhere.
   w.pairs.clear(), w.vertexOf.clear();
-  uint32_t vertex = 0;
+  vertex = 0;
   for (const uint32_t k : w.order)
     for (int i = 0; i < cells[k].around.count; ++i, ++vertex)
       if (isDisplaced(cells[k].met.placement) && !out[k]) {

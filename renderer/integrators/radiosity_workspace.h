@@ -45,8 +45,8 @@ struct RadiosityEngine::Waiting {
   std::array<uint64_t, 4> codes;
 };
 
-/// Codes that something waits for: all of a patch's level, or one fine vertex. Sorted by key, which begins
-/// with the patch.
+/// Codes that something waits for: all of a patch's level, or one fine vertex. The key says which, at which
+/// depth; of one depth they are in the order of patches.
 struct RadiosityEngine::Want {
   uint64_t key;
   uint32_t waiting;
@@ -123,7 +123,7 @@ struct RadiosityEngine::Workspace {
   std::vector<Lookup> lookups;
   std::vector<Waiting> waiting, again;
   std::vector<Want> wants;
-  std::vector<Fill> fills;
+  std::vector<Fill> fills, others;  // to be made here, and by other threads
   std::vector<Request> fillRequests;
   std::vector<uint64_t> fillCodes;
   std::array<std::vector<Request>, 2> shadeRequests;  // Vertex, FineVertex
@@ -135,7 +135,6 @@ struct RadiosityEngine::Workspace {
   std::vector<uint32_t> pairOfHidden;
   // vertices
   std::vector<uint32_t> vertexOf, order;
-  std::vector<BlockVertex> blocks;
   // separations
   std::vector<Ray> chords;
   std::vector<Hit> chordHits;
