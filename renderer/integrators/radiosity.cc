@@ -17,6 +17,9 @@ STAT_COUNTER("Camera/vertices asked for", vertexCount);
 
 constexpr size_t kWave = 16384;  // camera samples in work at a time
 constexpr int kMostSteps = 512;  // layers and specular bounces of a sample
+/// Where something stands in a micropolygon, so that its vertices say nothing of what is between them, so
+/// many points of it are shaded in a pixel and shared by all samples of a wave.
+constexpr uint32_t kShared = 16;
 
 enum Dimension : uint32_t {
   kLobe = 0x1000,
@@ -74,14 +77,15 @@ class RadiosityIntegrator final : public Integrator {
     std::unordered_map<uint64_t, uint32_t> known;
     std::unordered_map<uint64_t, uint32_t> cellOf;  // index of cells
     std::vector<RadiosityEngine::Cell> cells;
+    std::vector<uint64_t> cellKeys;
     std::vector<uint8_t> separated;                      // by cell
     std::vector<std::pair<uint32_t, uint32_t>> inCells;  // points, and their cells
     std::vector<RadiosityEngine::Vertex> vertices;
     std::vector<Rgb> values;
     std::vector<VertexWeights> around;
     std::vector<uint32_t> byHit;  // points that are shaded at the hit
-    // Groups of small faces and their sides: the point that is shaded there and the chance that chose it; and
-    // the points that share its value.
+    // Groups of small faces and their sides, and parts of pixels: the point that is shaded there and the
+    // chance that chose it; and the points that share its value.
     std::unordered_map<uint64_t, std::pair<uint64_t, uint32_t>> met;
     std::vector<std::pair<uint32_t, uint64_t>> groupOf;
     std::vector<RadiosityEngine::Request> requests;
@@ -239,12 +243,19 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   const size_t n = wave.points.size();
   wave.radiosity.assign(n, Rgb(0, 0, 0));
   wave.around.resize(n);
-  wave.known.clear(), wave.cellOf.clear(), wave.cells.clear(), wave.inCells.clear(), wave.vertices.clear(),
-      wave.byHit.clear();
+  wave.known.clear(), wave.cellOf.clear(), wave.cells.clear(), wave.cellKeys.clear(), wave.inCells.clear(),
+      wave.vertices.clear(), wave.byHit.clear();
   wave.met.clear(), wave.groupOf.clear();
   const auto seedOf = [&](uint32_t i) {
     const Walk& walk = wave.walks[wave.active[i]];
     return hashOf(walk.seed(kPoint), walk.sample);
+  };
+  // Of the points of one key that this wave meets, one by chance stands for the others.
+  const auto share = [&](uint32_t i, uint64_t key) {
+    const uint64_t chance = seedOf(i);
+    const auto [found, isNew] = wave.met.try_emplace(key, chance, i);
+    if (chance < found->second.first) found->second = {chance, i};
+    wave.groupOf.emplace_back(i, key);
   };
   for (uint32_t i = 0; i < n; ++i) {
     const ShadingPoint& p = wave.points[i];
@@ -253,21 +264,20 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     if (!shader.active(PATINA_ENTRY_RADIOSITY)) continue;
     const uint32_t index = patches.find(p.placement, p.face, p.u, p.v);
     const Patch& patch = patches[index];
+    // Micropolygons that the camera sees are as long as they look: a floor's far part has long ones.
+    constexpr float kLeastCosine = 1.0f / 32;
+    const float seen =
+        wave.walks[wave.active[i]].receiver == kNone ? std::max(std::abs(p.I.dot(p.Ng)), kLeastCosine) : 1;
     if (world_.settings().shadeAtHits || shader.has(PATINA_TRAIT_NOT_CACHEABLE) ||
-        patch.spacing >
+        patch.spacing * seen >
             4 * std::max(p.footprint, 1e-30f) * std::sqrt(world_.attributesOf(p.placement).shadingRate)) {
       wave.byHit.push_back(i);
       continue;
     }
     // What is seen of a group of small faces is not what it is on average: the hollows of a rough surface
-    // hide, and slopes count by how they are turned. Of the points that this wave meets, one by chance stands
-    // for the others.
+    // hide, and slopes count by how they are turned.
     if (patch.group > 0) {
-      const uint64_t key = uint64_t{index} << 1 | uint64_t{p.front};
-      const uint64_t chance = seedOf(i);
-      const auto [found, isNew] = wave.met.try_emplace(key, chance, i);
-      if (chance < found->second.first) found->second = {chance, i};
-      wave.groupOf.emplace_back(i, key);
+      share(i, uint64_t{index} << 1 | uint64_t{p.front});
       continue;
     }
     const V2f local = patch.toLocal(p.u, p.v);
@@ -277,7 +287,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     const uint64_t cell =
         uint64_t{index} << 17 | uint64_t{p.front} << 16 | uint64_t{upper} << 15 | around.index[0];
     const auto [at, isNewCell] = wave.cellOf.try_emplace(cell, static_cast<uint32_t>(wave.cells.size()));
-    if (isNewCell) wave.cells.push_back({index, around, p});
+    if (isNewCell) wave.cells.push_back({index, around, p}), wave.cellKeys.push_back(cell);
     wave.inCells.emplace_back(i, at->second);
   }
   wave.separated.resize(wave.cells.size());
@@ -286,7 +296,8 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     VertexWeights& around = wave.around[i];
     if (wave.separated[at]) {
       around.count = 0;
-      wave.byHit.push_back(i);
+      const Walk& walk = wave.walks[wave.active[i]];
+      share(i, hashOf(wave.cellKeys[at], walk.x, walk.y, walk.sample % kShared));
       continue;
     }
     const uint32_t index = wave.cells[at].patch;
