@@ -44,16 +44,22 @@ std::vector<std::string> Archives::folders(std::string_view searchPath, const Lo
   return searchFolders(std::string(searchPath) + ":@", standard);
 }
 
+const InlineArchive* Archives::recorded(std::string_view name) const {
+  const auto found = inline_.find(name);
+  if (found != inline_.end()) return &found->second;
+  return outer_ ? outer_->recorded(name) : nullptr;
+}
+
 bool Archives::read(std::string_view name, std::string_view searchPath, const Location& at) {
   const auto fail = [&](RiError code, const std::string& message, const std::string& key) {
     errors_.report(Severity::Error, code, at, message, key);
     return false;
   };
-  if (++reads_ > mostReads_)
+  if (++*reads_ > mostReads_)
     return fail(RiError::LimitCheck, fmt::format("more than {} archives read", mostReads_), "archive reads");
-  const auto recorded = inline_.find(name);
+  const InlineArchive* const recorded = this->recorded(name);
   std::string path;
-  if (recorded != inline_.end()) {
+  if (recorded) {
     path = fmt::format("ArchiveBegin \"{}\"", name);
   } else {
     std::vector<std::string> tried;
@@ -74,10 +80,14 @@ bool Archives::read(std::string_view name, std::string_view searchPath, const Lo
   }
   chain_.push_back(std::move(opened));
   bool read = false;
-  if (recorded != inline_.end()) {
-    const InlineArchive archive = recorded->second;  // the archive may record another one of its name
+  if (recorded) {
+    const InlineArchive archive = *recorded;  // the archive may record another one of its name
+    bytes_ += archive.text->size();
     read = parser_.parseArchive(archive);
   } else {
+    std::error_code unknown;
+    const auto bytes = std::filesystem::file_size(path, unknown);
+    if (!unknown) bytes_ += bytes;
     read = parser_.parseFile(path);
   }
   chain_.pop_back();

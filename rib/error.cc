@@ -204,7 +204,20 @@ void ErrorHandler::print(Severity severity, RiError code, const Location& at, st
       }
     }
   }
+  for (const auto& [note, thread] : notes_)
+    if (thread == std::this_thread::get_id()) text += "\n  " + *note;
   sink_(severity, text);
+}
+
+ErrorHandler::OnBehalf::OnBehalf(ErrorHandler& errors, std::string note)
+    : errors_(errors), note_(std::move(note)) {
+  const std::lock_guard lock(errors_.mutex_);
+  errors_.notes_.emplace_back(&note_, std::this_thread::get_id());
+}
+
+ErrorHandler::OnBehalf::~OnBehalf() {
+  const std::lock_guard lock(errors_.mutex_);
+  std::erase_if(errors_.notes_, [&](const auto& known) { return known.first == &note_; });
 }
 
 void ErrorHandler::setShowLines(bool on) {

@@ -127,6 +127,20 @@ class ErrorHandler {
   // A text stays on offer until it is withdrawn, in the reverse order, by the thread that offered it.
   void offer(const SourceText& text);
   void withdraw(const SourceText& text);
+
+  // While it lives, every message that its thread reports gets a further line: on whose behalf the work is
+  // done.
+  class OnBehalf {
+   public:
+    OnBehalf(ErrorHandler& errors, std::string note);
+    ~OnBehalf();
+    OnBehalf(const OnBehalf&) = delete;
+    OnBehalf& operator=(const OnBehalf&) = delete;
+
+   private:
+    ErrorHandler& errors_;
+    const std::string note_;
+  };
   // Nothing below `severity` is printed (it is still counted). Default: Warning, so that Info is silent.
   void setQuiet(Severity lowestPrinted);
 
@@ -162,6 +176,7 @@ class ErrorHandler {
   std::vector<Entry> entries_;                     // in the order of first appearance
   bool showLines_ = false;
   std::vector<std::pair<const SourceText*, std::thread::id>> texts_;
+  std::vector<std::pair<const std::string*, std::thread::id>> notes_;
 };
 
 }  // namespace patina

@@ -47,6 +47,7 @@ class RibParser {
   // What names mean; shared by nested calls. A copy may be handed to another parser, which then knows the
   // same names.
   Dictionary& dictionary() { return dictionary_; }
+  const Dictionary& dictionary() const { return dictionary_; }
 
  private:
   friend class ParseSession;
