@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree scenes: one for the world, one per instanced object, and one for each unit of surfaces that a ray
-// has met. Small flat primitives are in the scenes of the world and the objects from the beginning; units
-// stand there as user geometry that is made when a ray meets its bound (lazy geometry in Embree's words).
+// Rays in, hits out; and the Embree scenes of units, which are made when rays meet them.
 #include "renderer/accel/accel.h"
 
-#include <array>
 #include <atomic>
-#include <deque>
-#include <map>
 #include <stdexcept>
 
 #include "renderer/accel/deferred_units.h"
-#include "renderer/accel/embree_scene.h"
-#include "renderer/accel/solid_walk.h"
+#include "renderer/accel/part_tracer.h"
 #include "renderer/base/statistics.h"
 
 namespace patina {
@@ -25,7 +19,6 @@ STAT_COUNTER("Rays/transmission", transmissionRays);
 STAT_COUNTER("Rays/with a time", timedRays);
 STAT_COUNTER("Rays/units waited for by batches", waitedUnits);
 STAT_COUNTER("Rays/meetings that waited", waitedMeetings);
-STAT_COUNTER("Motion/Embree geometries with time steps", timedGeometries);
 
 void count(uint32_t mask, int64_t n) {
   switch (mask) {
@@ -61,135 +54,6 @@ RTCRayHit toEmbree(const Ray& ray, uint32_t id = 0) {
   return r;
 }
 
-/// Hits in units name the traced surface from here on in place of an Embree geometry, and its face.
-constexpr uint32_t kFirstTraced = 0x40000000;
-
-struct UnitTracer final : Tessellation::Tracer {
-  EmbreeScene scene;
-  UnitTracer(RTCDevice device, const Geometry& geometry, uint32_t unit, const InstanceNumbers& instances)
-      : scene(device, geometry, RTC_BUILD_QUALITY_MEDIUM, instances,
-              {.segments = geometry.units()[unit].segments,
-               .compact = !geometry.units()[unit].faces.empty(),
-               .everyHit = geometry.units()[unit].solid == kNone ? nullptr : collectCrossings}) {}
-};
-
-const EmbreeScene& sceneOf(const Tessellation& tessellation) {
-  return static_cast<const UnitTracer&>(*tessellation.tracer).scene;
-}
-
-/// A query's context, extended by the reader that keeps what it meets, and by what it leaves for later.
-struct Context {
-  RTCIntersectContext embree;
-  TessellationCache::Reader* reader = nullptr;
-  DeferredUnits* deferred = nullptr;  ///< null: what is not there is made at once
-  explicit Context(TessellationCache::Reader* r, DeferredUnits* d = nullptr) : reader(r), deferred(d) {
-    rtcInitIntersectContext(&embree);
-  }
-  /// Null: the ray will be tested against the unit later.
-  const Tessellation* unit(uint32_t unit, const RTCRay& ray) {
-    if (!deferred) return &reader->get(unit);
-    const Tessellation* const known = reader->find(unit);
-    if (!known) deferred->add(unit, ray, embree.instID[0]);
-    return known;
-  }
-};
-
-/// A ray against a unit that is there; a hit names the traced surface and its face.
-bool intersectFacets(const Geometry& geometry, uint32_t unit, const Tessellation& met, Context& context,
-                     RTCRayHit& ray) {
-  const EmbreeScene& scene = sceneOf(met);
-  const uint32_t solid = geometry.units()[unit].solid;
-  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  FaceOwner owner;
-  if (solid == kNone) {
-    rtcIntersect1(scene.scene(), &context.embree, &ray);
-    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    owner = scene.ownerOf(ray.hit.geomID, ray.hit.primID, ray.hit.u, ray.hit.v);
-  } else if (!intersectSolid(scene, solid, context.embree.instID[0], ray, owner)) {
-    return false;
-  }
-  ray.hit.geomID = kFirstTraced + owner.traced;
-  ray.hit.primID = owner.face;
-  return true;
-}
-
-void occludeFacets(const Geometry& geometry, uint32_t unit, const Tessellation& met, Context& context,
-                   RTCRay& ray) {
-  const EmbreeScene& scene = sceneOf(met);
-  const uint32_t solid = geometry.units()[unit].solid;
-  if (solid == kNone)
-    rtcOccluded1(scene.scene(), &context.embree, &ray);
-  else
-    occludeBySolid(scene, solid, context.embree.instID[0], ray);
-}
-
-/// Steps of a movement, in the terms of Embree: translation * rotation * scale and skew, for columns.
-void setSteps(RTCGeometry shape, const std::vector<TransformParts>& steps) {
-  rtcSetGeometryTimeStepCount(shape, static_cast<unsigned>(steps.size()));
-  for (size_t k = 0; k < steps.size(); ++k) {
-    const Imath::M33f s(steps[k].stretch);
-    const Imath::Quatf q(steps[k].rotation);
-    const V3f t(steps[k].translation);
-    RTCQuaternionDecomposition parts;
-    rtcInitQuaternionDecomposition(&parts);
-    rtcQuaternionDecompositionSetScale(&parts, s[0][0], s[1][1], s[2][2]);
-    rtcQuaternionDecompositionSetSkew(&parts, s[1][0], s[2][0], s[2][1]);
-    rtcQuaternionDecompositionSetQuaternion(&parts, q.r, q.v.x, q.v.y, q.v.z);
-    rtcQuaternionDecompositionSetTranslation(&parts, t.x, t.y, t.z);
-    rtcSetGeometryTransformQuaternion(shape, static_cast<unsigned>(k), &parts);
-  }
-}
-
-/// The units of one group: the primitives of a user geometry.
-struct UnitList {
-  const Geometry* geometry = nullptr;
-  std::vector<uint32_t> units;
-  uint32_t segments = 0;    ///< time segments of all of them
-  uint32_t mask = kAnyRay;  ///< the rays that meet them here
-  bool frozen = false;      ///< units that move, as they are at the opening of the shutter
-};
-
-void boundUnit(const RTCBoundsFunctionArguments* args) {
-  const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
-  const SurfaceUnit& unit = list.geometry->units()[list.units[args->primID]];
-  const Box3f& box = list.segments > 0 ? unit.stepBounds[args->timeStep] : unit.bound;
-  *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
-}
-
-void intersectUnit(const RTCIntersectFunctionNArguments* args) {
-  const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
-  const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask;
-  Context& context = *reinterpret_cast<Context*>(args->context);
-  for (unsigned k = 0; k < args->N; ++k) {
-    if (args->valid[k] == 0) continue;
-    if ((RTCRayN_mask(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) & visibility) == 0) continue;
-    RTCRayHit ray = rtcGetRayHitFromRayHitN(args->rayhit, args->N, k);
-    if (list.frozen) ray.ray.time = 0;
-    const Tessellation* const met = context.unit(unit, ray.ray);
-    if (!met || !intersectFacets(*list.geometry, unit, *met, context, ray)) continue;
-    RTCRayN_tfar(RTCRayHitN_RayN(args->rayhit, args->N), args->N, k) = ray.ray.tfar;
-    rtcCopyHitToHitN(RTCRayHitN_HitN(args->rayhit, args->N), &ray.hit, args->N, k);
-  }
-}
-
-void occludeUnit(const RTCOccludedFunctionNArguments* args) {
-  const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
-  const uint32_t unit = list.units[args->primID];
-  const uint32_t visibility = list.geometry->units()[unit].visibility & list.mask;
-  Context& context = *reinterpret_cast<Context*>(args->context);
-  for (unsigned k = 0; k < args->N; ++k) {
-    if (args->valid[k] == 0) continue;
-    RTCRay ray = rtcGetRayFromRayN(args->ray, args->N, k);
-    if ((ray.mask & visibility) == 0) continue;
-    if (list.frozen) ray.time = 0;
-    const Tessellation* const met = context.unit(unit, ray);
-    if (!met) continue;
-    occludeFacets(*list.geometry, unit, *met, context, ray);
-    RTCRayN_tfar(args->ray, args->N, k) = ray.tfar;
-  }
-}
-
 }  // namespace
 
 struct Accel::Scenes {
@@ -197,55 +61,30 @@ struct Accel::Scenes {
   RTCDevice device = nullptr;      ///< for what is traced from the beginning
   RTCDevice unitDevice = nullptr;  ///< for tessellated units: its bytes are counted
   std::atomic<int64_t> unitBytes = 0;
-  std::unique_ptr<EmbreeScene> world;
-  std::vector<std::unique_ptr<EmbreeScene>> objects;
-  std::deque<UnitList> lists;
-  std::vector<RTCGeometry> movingShapes;  ///< by Geometry::movements(); null = rays that move do not see it
-  InstanceNumbers instanceNumbers;
-  bool hasUnits = false;
+  std::unique_ptr<PartTracer> main;
+  bool hasUnits = false;  ///< or delayed archives: queries need a Reader
 
   ~Scenes() {
-    if (geometry) geometry->tessellations().clear();  // their tracers are of unitDevice
-    world.reset();
-    objects.clear();
-    for (RTCGeometry shape : movingShapes)
-      if (shape) rtcReleaseGeometry(shape);
+    if (geometry) {
+      geometry->tessellations().clear();  // their tracers are of unitDevice
+      geometry->dropTracers();            // of `device`
+    }
+    main.reset();
     if (unitDevice) rtcReleaseDevice(unitDevice);
     if (device) rtcReleaseDevice(device);
   }
-  /// `normal` is Embree's: in mesh space, the cross product of a facet's first two edges.
+  /// `normal` is Embree's: in mesh space, the cross product of a facet's first two edges. `part`: whose
+  /// numbers the hit has, unless they are Geometry's already.
   Hit toHit(float t, float u, float v, uint32_t geomId, uint32_t primId, uint32_t instId, const V3f& normal,
-            const Ray& ray) const {
+            const Ray& ray, const PartTracer& part) const {
     if (geomId == RTC_INVALID_GEOMETRY_ID) return {};
-    const uint32_t instance = instanceNumbers.indexOf(instId);
-    const bool isTwin = instance != kNone && instId != instanceNumbers.first + instance;
-    const PlacedInstance* placed = instance == kNone ? nullptr : &geometry->instances()[instance];
-    const FaceOwner owner = geomId >= kFirstTraced
-                                ? FaceOwner{geomId - kFirstTraced, primId}
-                                : (placed ? *objects[placed->object] : *world).owner(geomId, primId);
-    const uint32_t index =
-        placed ? placed->firstPlacement + owner.traced - geometry->groupRange(placed->object).first
-               : owner.traced;
-    V3f inWorld = placed ? transformNormal(normal, placed->worldToMesh) : normal;
-    const Placement& placement = geometry->placements()[index];
-    if (!placement.moves)
-      return {t, index, owner.face, u, v, inWorld.dot(ray.direction) * placement.meshSign <= 0};
-    if (placed && placed->movement != kNone && !isTwin && ray.time > 0)
-      inWorld = transformNormal(normal, worldToMesh(placed->movement, ray.time));
-    return {t,
-            index,
-            owner.face,
-            u,
-            v,
-            inWorld.dot(ray.direction) * placement.meshSign <= 0,
-            beyond(t, inWorld, ray, placed)};
-  }
-  /// Of an instance that moves, as Embree has it.
-  M44f worldToMesh(uint32_t movement, float time) const {
-    M44f toWorld;
-    rtcGetGeometryTransform(movingShapes[movement], time, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
-                            toWorld.getValue());
-    return toWorld.inverse();
+    const MetFace met = geomId >= kFirstResolved ? MetFace{geomId - kFirstResolved, primId, instId, normal}
+                                                 : part.met(geomId, primId, instId, normal, ray.time);
+    const Placement& placement = geometry->placements()[met.placement];
+    const bool front = met.normal.dot(ray.direction) * placement.meshSign <= 0;
+    if (!placement.moves) return {t, met.placement, met.face, u, v, front};
+    const PlacedInstance* placed = met.instance == kNone ? nullptr : &geometry->instances()[met.instance];
+    return {t, met.placement, met.face, u, v, front, beyond(t, met.normal, ray, placed)};
   }
   /// Behind the surface that was met at t by the error of the plane there and that of the new origin: see
   /// Geometry::facet.
@@ -258,9 +97,9 @@ struct Accel::Scenes {
     const float cosine = std::abs(normalizedOr(normal, V3f(0, 0, 0)).dot(ray.direction)) / length;
     return t + roundingBound(64) * magnitude / (length * std::max(cosine, 1.0f / 64));
   }
-  Hit toHit(const RTCRayHit& r, const Ray& ray) const {
+  Hit toHit(const RTCRayHit& r, const Ray& ray, const PartTracer& part) const {
     return toHit(r.ray.tfar, r.hit.u, r.hit.v, r.hit.geomID, r.hit.primID, r.hit.instID[0],
-                 {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray);
+                 {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}, ray, part);
   }
   template <class Trace>
   void traceBatch(std::span<const Ray> rays, size_t step, std::span<Hit> hits, Trace trace) const;
@@ -268,110 +107,10 @@ struct Accel::Scenes {
   void resolve(std::span<const Ray> rays, std::span<uint8_t> occluded) const;
   /// Batches leave units for later.
   bool defers() const { return hasUnits && geometry->tessellations().isTight(); }
-  std::unique_ptr<EmbreeScene> makeGroup(uint32_t first, uint32_t end);
-  void attachUnits(EmbreeScene& scene, UnitList list);
-  void attachInstances();
   std::unique_ptr<Tessellation> tessellate(uint32_t unit) const;
   void trace(uint32_t unit, std::unique_ptr<Tessellation>& made) const;
   size_t guessBytes(uint32_t unit) const;
 };
-
-std::unique_ptr<EmbreeScene> Accel::Scenes::makeGroup(uint32_t first, uint32_t end) {
-  auto scene = std::make_unique<EmbreeScene>(device, *geometry, RTC_BUILD_QUALITY_MEDIUM, instanceNumbers);
-  UnitList list{geometry, {}};
-  std::vector<uint32_t> moving;
-  for (uint32_t k = first; k < end; ++k) {
-    const TracedSurface& traced = geometry->traced()[k];
-    if (traced.unit == kNone)
-      scene->addFlat(k);
-    else if (traced.member == 0)  // all members are of one group
-      for (uint32_t c = 0; c < std::max(traced.chunks, 1u); ++c)
-        (traced.segments > 0 ? moving : list.units).push_back(traced.unit + c);
-  }
-  scene->attach();
-  attachUnits(*scene, std::move(list));
-  // Units that move: with their motion for the camera's rays, as they are at the opening for others.
-  std::map<uint32_t, std::array<UnitList, 3>> bySegments;
-  for (const uint32_t unit : moving) {
-    const SurfaceUnit& u = geometry->units()[unit];
-    std::array<UnitList, 3>& to = bySegments[u.segments];
-    if (u.sampleMotion) {
-      to[0].units.push_back(unit);
-      continue;
-    }
-    if (u.visibility & kCameraRay) to[1].units.push_back(unit);
-    if (u.visibility & ~uint32_t{kCameraRay}) to[2].units.push_back(unit);
-  }
-  for (auto& [segments, byRays] : bySegments)
-    for (size_t k = 0; k < byRays.size(); ++k) {
-      static constexpr uint32_t kMasks[] = {kAnyRay, kCameraRay, kAnyRay & ~kCameraRay};
-      UnitList& units = byRays[k];
-      units.geometry = geometry, units.mask = kMasks[k], units.frozen = k == 2;
-      units.segments = k == 2 ? 0 : segments;
-      attachUnits(*scene, std::move(units));
-    }
-  return scene;
-}
-
-void Accel::Scenes::attachUnits(EmbreeScene& scene, UnitList list) {
-  if (list.units.empty()) return;
-  hasUnits = true;
-  lists.push_back(std::move(list));
-  RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(shape, static_cast<unsigned>(lists.back().units.size()));
-  rtcSetGeometryUserData(shape, &lists.back());
-  if (lists.back().segments > 0) {
-    rtcSetGeometryTimeStepCount(shape, lists.back().segments + 1);
-    ++timedGeometries;
-  }
-  rtcSetGeometryBoundsFunction(shape, boundUnit, nullptr);
-  rtcSetGeometryIntersectFunction(shape, intersectUnit);
-  rtcSetGeometryOccludedFunction(shape, occludeUnit);
-  rtcSetGeometryMask(shape, kAnyRay);
-  rtcCommitGeometry(shape);
-  rtcAttachGeometry(scene.scene(), shape);
-  rtcReleaseGeometry(shape);
-}
-
-void Accel::Scenes::attachInstances() {
-  const auto attach = [&](const PlacedInstance& instance, uint32_t mask, uint32_t id, const auto& setPlace) {
-    RTCGeometry shape = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(shape, objects[instance.object]->scene());
-    setPlace(shape);
-    rtcSetGeometryMask(shape, mask);
-    rtcCommitGeometry(shape);
-    rtcAttachGeometryByID(world->scene(), shape, id);
-    return shape;
-  };
-  const auto stillAt = [](const PlacedInstance& instance) {
-    return [&](RTCGeometry shape) {
-      rtcSetGeometryTimeStepCount(shape, 1);
-      rtcSetGeometryTransform(shape, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, instance.meshToWorld.getValue());
-    };
-  };
-  movingShapes.resize(geometry->movements().size());
-  const auto& [first, count, ignored] = instanceNumbers;
-  std::vector<uint32_t>& twins = instanceNumbers.twins;
-  for (uint32_t k = 0; k < count; ++k) {
-    const PlacedInstance& instance = geometry->instances()[k];
-    if (instance.movement == kNone) {
-      rtcReleaseGeometry(attach(instance, instance.visibility, first + k, stillAt(instance)));
-      continue;
-    }
-    const InstanceMovement& movement = geometry->movements()[instance.movement];
-    const uint32_t moving = movement.sampleMotion ? instance.visibility : instance.visibility & kCameraRay;
-    if (moving != 0) {
-      ++timedGeometries;
-      movingShapes[instance.movement] =
-          attach(instance, moving, first + k, [&](RTCGeometry shape) { setSteps(shape, movement.steps); });
-    }
-    if (const uint32_t rest = instance.visibility & ~moving; rest != 0) {
-      twins.push_back(k);
-      const auto id = first + count + static_cast<uint32_t>(twins.size()) - 1;
-      rtcReleaseGeometry(attach(instance, rest, id, stillAt(instance)));
-    }
-  }
-}
 
 // Called from within a traversal: nothing may be thrown.
 std::unique_ptr<Tessellation> Accel::Scenes::tessellate(uint32_t unit) const {
@@ -398,7 +137,7 @@ size_t Accel::Scenes::guessBytes(uint32_t unit) const {
 void Accel::Scenes::trace(uint32_t unit, std::unique_ptr<Tessellation>& made) const {
   std::string trouble;
   try {
-    auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, instanceNumbers);
+    auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit);
     const std::vector<uint32_t>& members = geometry->units()[unit].members;
     const std::span<const uint32_t> faces = geometry->units()[unit].faces;
     for (size_t m = 0; m < members.size(); ++m) {
@@ -416,7 +155,7 @@ void Accel::Scenes::trace(uint32_t unit, std::unique_ptr<Tessellation>& made) co
   }
   if (trouble.empty()) return;
   made = geometry->leaveOut(unit, trouble);
-  auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit, instanceNumbers);
+  auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit);
   rtcCommitScene(tracer->scene.scene());
   made->tracer = std::move(tracer);
 }
@@ -442,20 +181,14 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
       },
       &s);
 
-  uint32_t worldEnd = 0;
-  while (worldEnd < geometry.traced().size() && geometry.traced()[worldEnd].group == kNone) ++worldEnd;
-  s.world = s.makeGroup(0, worldEnd);
-  s.instanceNumbers.first = s.world->geometries() + static_cast<uint32_t>(s.lists.size()) + 1;
-  s.instanceNumbers.count = static_cast<uint32_t>(geometry.instances().size());
-  s.objects.resize(geometry.groupCount());
-  for (uint32_t object = 0; object < s.objects.size(); ++object) {
-    const auto [first, end] = geometry.groupRange(object);
-    if (first == end) continue;
-    s.objects[object] = s.makeGroup(first, end);
-    rtcCommitScene(s.objects[object]->scene());
-  }
-  s.attachInstances();
-  rtcCommitScene(s.world->scene());
+  s.main = std::make_unique<PartTracer>(s.device, geometry, geometry.mainPart());
+  s.hasUnits = !geometry.units().empty() || geometry.hasDelayed();
+  geometry.setTracerMaker([&s](const GeometryPart& part) -> std::unique_ptr<GeometryPart::Tracer> {
+    auto tracer = std::make_unique<PartTracer>(s.device, *s.geometry, part);
+    if (rtcGetDeviceError(s.device) != RTC_ERROR_NONE)
+      throw std::runtime_error("Embree has no memory for it");
+    return tracer;
+  });
 }
 
 Accel::~Accel() = default;
@@ -483,13 +216,13 @@ template <class Trace>
 void Accel::Scenes::traceBatch(std::span<const Ray> rays, size_t step, std::span<Hit> hits,
                                Trace trace) const {
   if (!hasUnits) {
-    Context context(nullptr);
+    QueryContext context(nullptr, *main);
     for (size_t k = 0; k < rays.size(); k += step) trace(k, context);
     return;
   }
   const auto traceNow = [&](size_t k, DeferredUnits* deferred) {
     TessellationCache::Reader reader(geometry->tessellations());
-    Context context(&reader, deferred);
+    QueryContext context(&reader, *main, deferred);
     trace(k, context);
   };
   if (!defers() || rays.size() == 1) {
@@ -497,7 +230,7 @@ void Accel::Scenes::traceBatch(std::span<const Ray> rays, size_t step, std::span
     return;
   }
   thread_local std::vector<uint32_t> ties;
-  ties.clear(), deferredUnits.begin(rays);
+  ties.clear(), deferredUnits.begin(rays, *main);
   for (size_t k = 0; k < rays.size(); k += step) {
     traceNow(k, &deferredUnits);
     if (deferredUnits.isFull()) resolve(rays, hits, ties);
@@ -518,20 +251,21 @@ void Accel::Scenes::resolve(std::span<const Ray> rays, std::span<Hit> hits,
     ++waitedUnits;
     waitedMeetings += static_cast<int64_t>(meetings.size());
     TessellationCache::Reader reader(geometry->tessellations());
-    Context context(&reader);
+    QueryContext context(&reader, *main);
     const Tessellation& met = reader.get(unit);
     for (const DeferredUnits::Meeting& m : meetings) {
       Hit& hit = hits[m.ray];
       if (!reaches(m)) continue;
       const DeferredUnits::LocalRay at = deferredUnits.localRay(m);
-      RTCRayHit r = toEmbree(
-          {at.origin, at.direction, at.tNear, std::min(hit.t, rays[m.ray].tFar), rays[m.ray].mask, at.time});
+      RTCRayHit r = toEmbree({at.origin, at.direction, at.tNear, std::min({hit.t, at.tFar, rays[m.ray].tFar}),
+                              rays[m.ray].mask, at.time});
       context.embree.instID[0] = at.instance;
+      context.part = at.part;
       if (!intersectFacets(*geometry, unit, met, context, r)) continue;
       if (hit.valid() && r.ray.tfar == hit.t)
         ties.push_back(m.ray);
       else
-        hit = toHit(r, rays[m.ray]);
+        hit = toHit(r, rays[m.ray], *at.part);
     }
   });
 }
@@ -544,14 +278,15 @@ void Accel::Scenes::resolve(std::span<const Ray> rays, std::span<uint8_t> occlud
     ++waitedUnits;
     waitedMeetings += static_cast<int64_t>(meetings.size());
     TessellationCache::Reader reader(geometry->tessellations());
-    Context context(&reader);
+    QueryContext context(&reader, *main);
     const Tessellation& met = reader.get(unit);
     for (const DeferredUnits::Meeting& m : meetings) {
       if (!isOpen(m)) continue;
       const DeferredUnits::LocalRay at = deferredUnits.localRay(m);
-      RTCRayHit r =
-          toEmbree({at.origin, at.direction, at.tNear, rays[m.ray].tFar, rays[m.ray].mask, at.time});
+      RTCRayHit r = toEmbree({at.origin, at.direction, at.tNear, std::min(at.tFar, rays[m.ray].tFar),
+                              rays[m.ray].mask, at.time});
       context.embree.instID[0] = at.instance;
+      context.part = at.part;
       occludeFacets(*geometry, unit, met, context, r.ray);
       occluded[m.ray] = r.ray.tfar < 0;
     }
@@ -560,10 +295,10 @@ void Accel::Scenes::resolve(std::span<const Ray> rays, std::span<uint8_t> occlud
 
 void Accel::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
   count(rays);
-  scenes_->traceBatch(rays, 1, hits, [&](size_t k, Context& context) {
+  scenes_->traceBatch(rays, 1, hits, [&](size_t k, QueryContext& context) {
     RTCRayHit r = toEmbree(rays[k], static_cast<uint32_t>(k));
-    rtcIntersect1(scenes_->world->scene(), &context.embree, &r);
-    hits[k] = scenes_->toHit(r, rays[k]);
+    rtcIntersect1(scenes_->main->scene(), &context.embree, &r);
+    hits[k] = scenes_->toHit(r, rays[k], *scenes_->main);
   });
 }
 
@@ -572,12 +307,12 @@ void Accel::occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) con
   const Scenes& s = *scenes_;
   const bool defers = s.defers() && rays.size() > 1;
   const auto trace = [&](size_t k, TessellationCache::Reader* reader) {
-    Context context(reader, defers ? &deferredUnits : nullptr);
+    QueryContext context(reader, *s.main, defers ? &deferredUnits : nullptr);
     RTCRayHit r = toEmbree(rays[k], static_cast<uint32_t>(k));
-    rtcOccluded1(s.world->scene(), &context.embree, &r.ray);
+    rtcOccluded1(s.main->scene(), &context.embree, &r.ray);
     occluded[k] = r.ray.tfar < 0;
   };
-  deferredUnits.begin(rays);
+  deferredUnits.begin(rays, *s.main);
   for (size_t k = 0; k < rays.size(); ++k) {
     if (!s.hasUnits) {
       trace(k, nullptr);
@@ -594,7 +329,7 @@ void Accel::occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) con
 
 void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const {
   count(rays);
-  scenes_->traceBatch(rays, 16, hits, [&](size_t base, Context& context) {
+  scenes_->traceBatch(rays, 16, hits, [&](size_t base, QueryContext& context) {
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     alignas(64) int valid[16];
     RTCRayHit16 p;
@@ -609,11 +344,11 @@ void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const 
       p.hit.geomID[k] = p.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
     // Lanes that are not valid come to user geometry all the same: those have no mask.
-    rtcIntersect16(valid, scenes_->world->scene(), &context.embree, &p);
+    rtcIntersect16(valid, scenes_->main->scene(), &context.embree, &p);
     for (size_t k = 0; k < n; ++k)
-      hits[base + k] =
-          scenes_->toHit(p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.geomID[k], p.hit.primID[k],
-                         p.hit.instID[0][k], {p.hit.Ng_x[k], p.hit.Ng_y[k], p.hit.Ng_z[k]}, rays[base + k]);
+      hits[base + k] = scenes_->toHit(p.ray.tfar[k], p.hit.u[k], p.hit.v[k], p.hit.geomID[k], p.hit.primID[k],
+                                      p.hit.instID[0][k], {p.hit.Ng_x[k], p.hit.Ng_y[k], p.hit.Ng_z[k]},
+                                      rays[base + k], *scenes_->main);
   });
 }
 

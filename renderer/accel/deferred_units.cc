@@ -6,17 +6,23 @@
 
 namespace patina {
 
-void DeferredUnits::add(uint32_t unit, const RTCRay& ray, uint32_t instance) {
+void DeferredUnits::add(uint32_t unit, const RTCRay& ray, const PartTracer& part, uint32_t instance) {
   uint32_t local = kNone;
-  if (instance != RTC_INVALID_GEOMETRY_ID || ray.time != rays_[ray.id].time) {
+  const bool isDelayed = &part != part_;
+  if (instance != RTC_INVALID_GEOMETRY_ID || isDelayed || ray.time != rays_[ray.id].time) {
+    // Of the scene's own things it is known later how far rays go, and better.
+    const float tFar = isDelayed ? ray.tfar : rays_[ray.id].tFar;
+    const LocalRay* const last = locals_.empty() ? nullptr : &locals_.back();
     const bool isSame = !meetings_.empty() && meetings_.back().ray == ray.id &&
-                        meetings_.back().local != kNone && locals_.back().instance == instance &&
-                        locals_.back().time == ray.time;
+                        meetings_.back().local != kNone && last->part == &part &&
+                        last->instance == instance && last->time == ray.time && last->tFar == tFar;
     if (!isSame)
-      locals_.push_back({instance,
+      locals_.push_back({&part,
+                         instance,
                          {ray.org_x, ray.org_y, ray.org_z},
                          {ray.dir_x, ray.dir_y, ray.dir_z},
                          ray.tnear,
+                         tFar,
                          ray.time});
     local = static_cast<uint32_t>(locals_.size() - 1);
   }

@@ -4,6 +4,8 @@
 
 #include <bit>
 
+#include "renderer/accel/part_tracer.h"
+
 namespace patina {
 namespace {
 
@@ -44,10 +46,9 @@ class VertexMap {
 }  // namespace
 
 EmbreeScene::EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
-                         const InstanceNumbers& instances, const Kinds& kinds)
+                         const Kinds& kinds)
     : device_(device),
       geometry_(geometry),
-      instances_(instances),
       everyHit_(kinds.everyHit),
       scene_(rtcNewScene(device)),
       segments_(kinds.segments) {
@@ -217,7 +218,8 @@ void EmbreeScene::filterHits(const RTCFilterFunctionNArguments* args) {
     }
     if (!part.oneSided) continue;
     // By the facet, as Hit::front has it: near a silhouette the smooth surface may face the other way.
-    const Placement& placement = part.scene->placement(owner.traced, args->context->instID[0]);
+    const Placement& placement =
+        part.scene->placement(owner.traced, QueryContext::of(args->context).instance());
     if (!geometry.attributes(placement).oneSided) continue;
     const V3f normal(RTCHitN_Ng_x(args->hit, args->N, k), RTCHitN_Ng_y(args->hit, args->N, k),
                      RTCHitN_Ng_z(args->hit, args->N, k));

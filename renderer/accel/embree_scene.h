@@ -18,17 +18,18 @@ struct FaceOwner {
   uint32_t face;    ///< in an EmbreeScene's lists: of tessellated surfaces the tile
 };
 
-/// Embree's numbers of the instances of a scene. Those that move for some rays only have a twin that stands
-/// still for the others.
+/// Embree's numbers of the instances of a part of the geometry. Those that move for some rays only have a
+/// twin that stands still for the others.
 struct InstanceNumbers {
-  uint32_t first = 0;           ///< of Geometry::instances()[0]
-  uint32_t count = 0;           ///< of Geometry::instances(); twins come behind them
-  std::vector<uint32_t> twins;  ///< whose
+  uint32_t first = 0;           ///< of the part's first instance
+  uint32_t base = 0;            ///< that one's index of Geometry::instances()
+  uint32_t count = 0;           ///< instances; twins come behind them
+  std::vector<uint32_t> twins;  ///< whose: indices of Geometry::instances()
   /// Index of Geometry::instances(); kNone: no instance.
   uint32_t indexOf(unsigned number) const {
     if (number == RTC_INVALID_GEOMETRY_ID) return kNone;
     const uint32_t k = number - first;
-    return k < count ? k : twins[k - count];
+    return k < count ? base + k : twins[k - count];
   }
 };
 
@@ -43,12 +44,9 @@ class EmbreeScene {
     /// scene.
     RTCFilterFunctionN everyHit = nullptr;
   };
-  /// `instances` must outlive the scene.
-  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
-              const InstanceNumbers& instances, const Kinds& kinds);
-  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality,
-              const InstanceNumbers& instances)
-      : EmbreeScene(device, geometry, quality, instances, Kinds()) {}
+  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality, const Kinds& kinds);
+  EmbreeScene(RTCDevice device, const Geometry& geometry, RTCBuildQuality quality)
+      : EmbreeScene(device, geometry, quality, Kinds()) {}
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
@@ -62,9 +60,9 @@ class EmbreeScene {
 
   RTCScene scene() const { return scene_; }
   const Geometry& geometry() const { return geometry_; }
-  /// The placement of a traced surface; `instance`: Embree's number of the instance that the ray is in.
-  const Placement& placement(uint32_t traced, unsigned instance) const {
-    return geometry_.placements()[geometry_.placementOf(traced, instances_.indexOf(instance))];
+  /// The placement of a traced surface in an instance (index of Geometry::instances(); kNone: in the world).
+  const Placement& placement(uint32_t traced, uint32_t instance) const {
+    return geometry_.placements()[geometry_.placementOf(traced, instance)];
   }
   uint32_t geometries() const { return static_cast<uint32_t>(parts_.size()); }
   /// Of flat faces.
@@ -107,7 +105,6 @@ class EmbreeScene {
 
   RTCDevice device_;
   const Geometry& geometry_;
-  const InstanceNumbers& instances_;
   RTCFilterFunctionN everyHit_;
   RTCScene scene_;
   uint32_t segments_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "renderer/accel/part_tracer.h"
 #include "renderer/base/statistics.h"
 
 namespace patina {
@@ -58,7 +59,7 @@ size_t endOfPlace(const std::vector<Crossing>& crossings, size_t begin) {
 
 /// What the crossings of one place come to, leaf by leaf. They are put in order of leaf and surface.
 void addEvents(Walk& walk, const EmbreeScene& scene, const SolidTree& tree, size_t begin, size_t end) {
-  const std::vector<TracedSurface>& traced = scene.geometry().traced();
+  const auto& traced = scene.geometry().traced();
   const auto order = [&](const Crossing& c) {
     return std::make_tuple(traced[c.traced].leaf, c.traced, c.entering, c.face);
   };
@@ -119,8 +120,8 @@ void pass(Walk& walk, const SolidTree& tree, const Event& event) {
 }
 
 /// The crossing that is met first; null: none.
-const Crossing* walkAlong(const EmbreeScene& scene, uint32_t solid, unsigned instance, const RTCRay& ray,
-                          Walk& walk) {
+const Crossing* walkAlong(const EmbreeScene& scene, uint32_t solid, const QueryContext& query,
+                          const RTCRay& ray, Walk& walk) {
   const Geometry& geometry = scene.geometry();
   const SolidTree& tree = geometry.solids()[solid];
   walk.crossings.clear(), walk.events.clear();
@@ -163,7 +164,7 @@ const Crossing* walkAlong(const EmbreeScene& scene, uint32_t solid, unsigned ins
     // Instances have a visibility of their own beside that of their surfaces.
     const Attributes* own = geometry.attributes(geometry.traced()[met->traced]);
     const bool seen = !own || (own->visibility & ray.mask) != 0;
-    if (seen && (entering || !geometry.attributes(scene.placement(met->traced, instance)).oneSided))
+    if (seen && (entering || !geometry.attributes(scene.placement(met->traced, query.instance())).oneSided))
       return met;
   }
   return nullptr;
@@ -204,23 +205,23 @@ void collectCrossings(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-bool intersectSolid(const EmbreeScene& scene, uint32_t solid, unsigned instance, RTCRayHit& ray,
+bool intersectSolid(const EmbreeScene& scene, uint32_t solid, const QueryContext& query, RTCRayHit& ray,
                     FaceOwner& face) {
   Walk& walk = threadWalk();
-  const Crossing* met = walkAlong(scene, solid, instance, ray.ray, walk);
+  const Crossing* met = walkAlong(scene, solid, query, ray.ray, walk);
   if (met) {
     ray.ray.tfar = met->t;
     ray.hit = met->hit;
-    ray.hit.instID[0] = instance;
+    ray.hit.instID[0] = query.embree.instID[0];
     face = {met->traced, met->face};
   }
   walk.giveBack();
   return met != nullptr;
 }
 
-void occludeBySolid(const EmbreeScene& scene, uint32_t solid, unsigned instance, RTCRay& ray) {
+void occludeBySolid(const EmbreeScene& scene, uint32_t solid, const QueryContext& query, RTCRay& ray) {
   Walk& walk = threadWalk();
-  if (walkAlong(scene, solid, instance, ray, walk)) ray.tfar = -kInfinity;
+  if (walkAlong(scene, solid, query, ray, walk)) ray.tfar = -kInfinity;
   walk.giveBack();
 }
 

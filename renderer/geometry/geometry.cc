@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <tuple>
 
+#include "renderer/base/sampling.h"
 #include "renderer/base/statistics.h"
 #include "renderer/geometry/bounds.h"
 #include "renderer/geometry/face_order.h"
@@ -108,14 +110,15 @@ Viewpoint Geometry::viewpoint(const M44d& toWorld) const {
 /// What turns to the eye does so from the object's own place, as instances share their object's surfaces;
 /// what chooses its facets does so for the instance that is nearest.
 Viewpoint Geometry::viewpoint(const Primitive& primitive, const M44d& toMesh, uint32_t group) const {
-  if (group != kNone && group >= scene_.objects.size())
-    return viewpoint(toMesh * movingGroups_[group - scene_.objects.size()].movement.at(
+  if (group != kNone && groups_[group].moving != kNone)
+    return viewpoint(toMesh * movingGroups_[groups_[group].moving].movement.at(
                                   static_cast<double>(scene_.camera.shutterOpen)));
   Viewpoint view = viewpoint(toMesh);
   if (group == kNone || !std::holds_alternative<Blobby>(primitive.shape)) return view;
   float nearest = kInfinity;
-  for (const Instance& instance : scene_.instances) {
-    if (instance.object != group || !invertible(toMesh * instance.objectToWorld)) continue;
+  const Group& of = groups_[group];
+  for (const Instance& instance : of.scene->instances) {
+    if (instance.object != of.object || !invertible(toMesh * instance.objectToWorld)) continue;
     const Viewpoint from = viewpoint(toMesh * instance.objectToWorld);
     const float distance = from.perspective ? from.eye.length2() : 1 / from.pixels;
     if (distance < nearest) nearest = distance, view = from;
@@ -124,14 +127,14 @@ Viewpoint Geometry::viewpoint(const Primitive& primitive, const M44d& toMesh, ui
 }
 
 bool Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t group, uint32_t attributes,
-                   bool isReversed) {
+                   bool isReversed) const {
   if (!invertible(toMesh)) {
     errors_.report(Severity::Error, RiError::Math, primitive.where,
                    "the transformation of this primitive is singular");
     return false;
   }
-  TracedSurface traced{&primitive, M44f(toMesh), meshBound(primitive), group, kNone,
-                       0,          attributes,   isReversed,           false, 0};
+  TracedSurface traced{&primitive, M44f(toMesh), meshBound(primitive), group};
+  traced.attributes = attributes, traced.isReversed = isReversed;
   std::unique_ptr<Surface> surface;
   if (traced.bound.isEmpty() || primitive.solid != kNone) {
     surface = patina::makeSurface(primitive, errors_, viewpoint(primitive, toMesh, group));
@@ -148,7 +151,7 @@ bool Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t grou
                    "the shutter",
                    "moving operand");
   else if (primitive.motion) {
-    const bool inObject = group != kNone && group < scene_.objects.size();
+    const bool inObject = group != kNone && groups_[group].moving == kNone;
     traced.segments = poseSegments(primitive, static_cast<double>(scene_.camera.shutterOpen),
                                    static_cast<double>(scene_.camera.shutterClose), inObject, traced.bound);
   }
@@ -158,9 +161,11 @@ bool Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t grou
 }
 
 /// Whether the attributes of an instance displace: its surfaces then have a shape of their own.
-bool Geometry::ownsSurfaces(const Instance& instance) const {
-  if (!displacer_ || !displacer_->boundOf(scene_.attributes[instance.attributes])) return false;
-  const std::vector<Primitive>& all = scene_.objects[instance.object].primitives;
+bool Geometry::ownsSurfaces(const GeometryPart& part, const Instance& instance) const {
+  if (!displacer_ || !displacer_->boundOf(*attributes_[part.firstAttributes + instance.attributes]))
+    return false;
+  uint32_t object = instance.object;
+  const std::vector<Primitive>& all = part.ofObject(object).scene->objects[object].primitives;
   return std::any_of(all.begin(), all.end(), [](const Primitive& p) { return p.attributes == kNone; });
 }
 
@@ -178,74 +183,145 @@ const Surface& Geometry::makeSurface(uint32_t k) const {
   return *made_[k];
 }
 
-void Geometry::place(const Instance& instance) {
-  if (ownsSurfaces(instance)) return;
+void Geometry::place(const GeometryPart& part, const Instance& instance) const {
+  if (ownsSurfaces(part, instance)) return;
   if (!invertible(instance.objectToWorld)) {
     errors_.report(Severity::Error, RiError::Math, instance.where,
                    "the transformation of this instance is singular");
     return;
   }
-  const auto [first, end] = groups_[instance.object];
+  const uint32_t group = part.groups.at(instance.object);
+  const auto [first, end] = groups_[group].range;
   if (first == end) return;
   ++instanceCount;
-  const Attributes& attributes = scene_.attributes[instance.attributes];
-  place(instance.object, instance.objectToWorld, instance.attributes, attributes.visibility,
-        instance.reversed, instance.motion.get(), attributes.sampleMotion && attributes.areaLight == kNone);
+  const uint32_t index = part.firstAttributes + instance.attributes;
+  const Attributes& attributes = *attributes_[index];
+  place(group, instance.objectToWorld, index, attributes.visibility, instance.reversed, instance.motion.get(),
+        attributes.sampleMotion && attributes.areaLight == kNone);
 }
 
 Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler& errors,
                    const Displacer* displacer)
     : scene_(scene), camera_(camera), errors_(errors), displacer_(displacer) {
-  // Surfaces: those of the world first, then object by object.
-  std::vector<M44d> toWorld;
+  tessellations_ = std::make_unique<TessellationCache>(
+      static_cast<size_t>(std::max(scene_.options.geometryCacheKb, 0)) * 1024);
+  patches_ = std::make_unique<PatchTable>(camera_, 0, [this](uint32_t placement) {
+    const Placement& p = placements_[placement];
+    const Attributes& a = attributes(p);
+    const uint32_t order = traced_[p.traced].order;
+    return DiceInput{&surface(p),
+                     p.objectToWorld,
+                     a.shadingRate,
+                     a.diceLength,
+                     a.diceInObjectSpace,
+                     a.foreshorten,
+                     p.moves ? dicePoses(placement) : std::vector<DicePose>(),
+                     order == kNone ? std::span<const uint32_t>() : faceOrders_[order]};
+  });
+  if (!scene.delayed.empty()) {
+    traced_.makeRoom(), made_.makeRoom(), surfaces_.makeRoom(), rates_.makeRoom();
+    displacementChecked_.makeRoom(), placements_.makeRoom(), instances_.makeRoom(), movements_.makeRoom();
+    groups_.makeRoom(), movingGroups_.makeRoom(), units_.makeRoom(), solids_.makeRoom();
+    faceOrders_.makeRoom(), attributes_.makeRoom(), delayed_.makeRoom();
+    tessellations_->makeRoom();
+    patches_->makeRoom();
+  }
+  main_.scene = std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene);  // not ours
+  append(main_);
+}
+
+/// Puts the surfaces of a part behind those that are there: the world's first, with their places in
+/// `toWorld`, then object by object. Parts share no groups: how a surface is tessellated depends on its
+/// instances, and must not depend on which parts are read already.
+void Geometry::appendSurfaces(GeometryPart& part, std::vector<M44d>& toWorld) const {
+  const Scene& scene = *part.scene;
+  part.firstTraced = static_cast<uint32_t>(traced_.size());
   const auto addToWorld = [&](const Primitive& primitive, const M44d& matrix, uint32_t attributes,
                               bool isReversed) {
-    const Attributes& a = scene.attributes[attributes];
+    const Attributes& a = *attributes_[attributes];
     if (a.visibility == 0 && a.areaLight == kNone && primitive.solid == kNone) return;
     if (add(primitive, matrix, kNone, attributes, isReversed)) toWorld.push_back(matrix);
   };
   for (const Primitive& primitive : scene.primitives)
     if (!movesAsWhole(primitive))
-      addToWorld(primitive, primitive.objectToWorld, primitive.attributes, primitive.reversed);
-  makeSolids(scene.solids, 0, &toWorld);
-  std::vector<bool> used(scene.objects.size(), false);
+      addToWorld(primitive, primitive.objectToWorld, part.firstAttributes + primitive.attributes,
+                 primitive.reversed);
+  makeSolids(scene.solids, part.firstTraced, &toWorld);
+  std::map<uint32_t, bool> objects;  // whether instances share their surfaces
+  if (part.seed == 0)
+    for (uint32_t object = 0; object < scene.objects.size(); ++object) objects[object] = false;
   for (const Instance& instance : scene.instances) {
-    if (!ownsSurfaces(instance)) {
-      used[instance.object] = true;
+    if (!ownsSurfaces(part, instance)) {
+      objects[instance.object] = true;
       continue;
     }
     if (movesAsWhole(instance)) continue;
-    const ObjectDefinition& object = scene.objects[instance.object];
+    uint32_t index = instance.object;
+    const GeometryPart& owner = part.ofObject(index);
+    const ObjectDefinition& object = owner.scene->objects[index];
     const auto first = static_cast<uint32_t>(traced_.size());
     for (const Primitive& p : object.primitives)
       addToWorld(p, p.objectToWorld * instance.objectToWorld,
-                 p.attributes == kNone ? instance.attributes : p.attributes, p.reversed != instance.reversed);
+                 p.attributes == kNone ? part.firstAttributes + instance.attributes
+                                       : owner.firstAttributes + p.attributes,
+                 p.reversed != instance.reversed);
     makeSolids(object.solids, first, &toWorld);
   }
-  const auto worldCount = static_cast<uint32_t>(traced_.size());
-  for (uint32_t object = 0; object < scene.objects.size(); ++object) {
+  part.endTraced = static_cast<uint32_t>(traced_.size());
+  part.firstGroup = static_cast<uint32_t>(groups_.size());
+  for (const auto& [number, used] : objects) {
     const auto first = static_cast<uint32_t>(traced_.size());
-    if (used[object])
-      for (const Primitive& primitive : scene.objects[object].primitives)
-        add(primitive, primitive.objectToWorld, object, primitive.attributes, primitive.reversed);
-    makeSolids(scene.objects[object].solids, first, nullptr);
-    groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
+    const auto group = static_cast<uint32_t>(groups_.size());
+    Group& made = groups_.emplace_back();
+    made.range = {first, first}, made.scene = &scene, made.object = number;
+    part.groups[number] = group;
+    uint32_t index = number;
+    const GeometryPart& owner = part.ofObject(index);
+    const ObjectDefinition& object = owner.scene->objects[index];
+    if (used)
+      for (const Primitive& p : object.primitives)
+        add(p, p.objectToWorld, group, p.attributes == kNone ? kNone : owner.firstAttributes + p.attributes,
+            p.reversed);
+    makeSolids(object.solids, first, nullptr);
+    groups_[group].range.second = static_cast<uint32_t>(traced_.size());
   }
-  addMovingGroups();
-  surfaces_ = std::vector<std::atomic<const Surface*>>(traced_.size());
-  rates_.resize(traced_.size());
-  for (size_t k = 0; k < traced_.size(); ++k) surfaces_[k] = made_[k].get();
+  addMovingGroups(part);
+  part.endGroup = static_cast<uint32_t>(groups_.size());
+  surfaces_.growTo(traced_.size());
+  rates_.growTo(traced_.size());
+  if (displacer_) displacementChecked_.growTo(traced_.size());
+  for (size_t k = part.firstTraced; k < traced_.size(); ++k) surfaces_[k] = made_[k].get();
+}
 
-  for (uint32_t k = 0; k < worldCount; ++k)
-    placements_.push_back(makePlacement(k, traced_[k].attributes, kNone, toWorld[k], toWorld[k],
+/// Puts the content of a part's scene behind what is in the tables.
+void Geometry::append(GeometryPart& part) const {
+  const bool isMain = part.seed == 0;
+  part.firstAttributes = static_cast<uint32_t>(attributes_.size());
+  for (const Attributes& a : isMain ? part.scene->attributes : part.attributes) attributes_.push_back(&a);
+  const auto firstSolid = static_cast<uint32_t>(solids_.size());
+  std::vector<M44d> toWorld;
+  appendSurfaces(part, toWorld);
+
+  part.firstPlacement = static_cast<uint32_t>(placements_.size());
+  for (uint32_t k = part.firstTraced; k < part.endTraced; ++k) {
+    const M44d& matrix = toWorld[k - part.firstTraced];
+    traced_[k].placement = static_cast<uint32_t>(placements_.size());
+    placements_.push_back(makePlacement(k, traced_[k].attributes, kNone, matrix, matrix,
                                         traced_[k].isReversed != traced_[k].isTurned));
-  instancesOf_.resize(groups_.size());
-  oneSidedInstances_.resize(groups_.size(), false);
-  for (const Instance& instance : scene.instances) place(instance);
-  placeMovingGroups();
-  findMotion();
-  if (displacer_) boundDisplacements();
-  for (const Placement& p : placements_) {
+  }
+  part.firstInstance = static_cast<uint32_t>(instances_.size());
+  part.firstMovement = static_cast<uint32_t>(movements_.size());
+  for (const Instance& instance : part.scene->instances) place(part, instance);
+  placeMovingGroups(part);
+  part.endInstance = static_cast<uint32_t>(instances_.size());
+  part.endMovement = static_cast<uint32_t>(movements_.size());
+  part.endPlacement = static_cast<uint32_t>(placements_.size());
+  findMotion(part);
+  if (displacer_) boundDisplacements(part.firstTraced);
+  for (uint32_t k = part.firstPlacement; k < part.endPlacement; ++k) {
+    Placement& p = placements_[k];
+    p.seed = isMain ? k : hashOf(part.seed, k - part.firstPlacement) | uint64_t{1} << 63;
+    if (!isMain) continue;  // it is within the bound of its request, for rays at least
     const TracedSurface& traced = traced_[p.traced];
     if (!traced.isDisplaced)
       bound_.extendBy(transformed(traced.bound, p.objectToWorld));
@@ -254,20 +330,10 @@ Geometry::Geometry(const Scene& scene, const RasterCamera& camera, ErrorHandler&
     else
       bound_.extendBy(transformed(boundInMesh(traced), instances_[p.instance].meshToWorld));
   }
-  makeUnits();
-  patches_ = std::make_unique<PatchTable>(camera_, placements_.size(), [this](uint32_t placement) {
-    const Placement& p = placements_[placement];
-    const Attributes& a = attributes(p);
-    const auto order = faceOrders_.find(p.traced);
-    return DiceInput{&surface(p),
-                     p.objectToWorld,
-                     a.shadingRate,
-                     a.diceLength,
-                     a.diceInObjectSpace,
-                     a.foreshorten,
-                     p.moves ? dicePoses(placement) : std::vector<DicePose>(),
-                     order == faceOrders_.end() ? std::span<const uint32_t>() : order->second};
-  });
+  makeUnits(part.firstTraced, firstSolid);
+  tessellations_->growTo(units_.size());
+  patches_->growTo(placements_.size());
+  addDelayed(part);
 }
 
 Geometry::~Geometry() = default;
@@ -278,7 +344,7 @@ Box3f Geometry::boundInMesh(const TracedSurface& traced) const {
   return box;
 }
 
-void Geometry::makeUnits() {
+void Geometry::makeUnits(uint32_t firstTraced, uint32_t firstSolid) const {
   // Facets wanted in a unit: enough that its structure is not mostly overhead, few enough that a small budget
   // holds several.
   constexpr float kMostFacets = 2048, kLeastFacets = 64, kFacetBytes = 64, kUnitsInBudget = 16;
@@ -293,10 +359,10 @@ void Geometry::makeUnits() {
     auto operator<=>(const Key&) const = default;
   };
   Box3f all;
-  for (const TracedSurface& traced : traced_) all.extendBy(boundInMesh(traced));
+  for (uint32_t k = firstTraced; k < traced_.size(); ++k) all.extendBy(boundInMesh(traced_[k]));
   std::vector<Key> keys;
   std::vector<uint32_t> dense;
-  for (uint32_t k = 0; k < traced_.size(); ++k) {
+  for (uint32_t k = firstTraced; k < traced_.size(); ++k) {
     const TracedSurface& traced = traced_[k];
     if (traced.solid != kNone) continue;
     const bool isStiff = !traced.isDisplaced && traced.segments == 0;
@@ -337,15 +403,15 @@ void Geometry::makeUnits() {
     unit.members.push_back(key.traced);
   }
   // Each solid is a unit of its own.
-  const auto firstSolid = static_cast<uint32_t>(units_.size());
-  for (uint32_t solid = 0; solid < solids_.size(); ++solid) {
+  const auto firstUnit = static_cast<uint32_t>(units_.size());
+  for (uint32_t solid = firstSolid; solid < solids_.size(); ++solid) {
     units_.push_back({{}, {}, 0, false});
     units_.back().solid = solid;
   }
-  for (uint32_t k = 0; k < traced_.size() && !solids_.empty(); ++k) {
+  for (uint32_t k = firstTraced; k < traced_.size() && solids_.size() > firstSolid; ++k) {
     TracedSurface& traced = traced_[k];
     if (traced.solid == kNone) continue;
-    traced.unit = firstSolid + traced.solid;
+    traced.unit = firstUnit + traced.solid - firstSolid;
     SurfaceUnit& unit = units_[traced.unit];
     unit.bound.extendBy(boundInMesh(traced));
     const Attributes* own = attributes(traced);
@@ -354,13 +420,13 @@ void Geometry::makeUnits() {
     unit.members.push_back(k);
   }
   for (const uint32_t k : dense) makeChunks(k);
-  tessellations_ = std::make_unique<TessellationCache>(
-      units_.size(), static_cast<size_t>(std::max(scene_.options.geometryCacheKb, 0)) * 1024);
 }
 
-void Geometry::makeChunks(uint32_t k) {
+void Geometry::makeChunks(uint32_t k) const {
   TracedSurface& traced = traced_[k];
-  const std::vector<uint32_t>& order = faceOrders_[k] = mortonOrder(surface(k));
+  traced.order = static_cast<uint32_t>(faceOrders_.size());
+  faceOrders_.push_back(mortonOrder(surface(k)));
+  const std::vector<uint32_t>& order = faceOrders_[traced.order];
   const std::vector<Box3f> bounds = boundsOfParts(surface(k), order, kChunkFaces);
   const Attributes* own = attributes(traced);
   traced.unit = static_cast<uint32_t>(units_.size());
@@ -381,11 +447,10 @@ std::vector<M44f> Geometry::placesOf(uint32_t traced) const {
   const uint32_t group = traced_[traced].group;
   std::vector<M44f> places;
   if (group == kNone) {
-    places = {placements_[traced].objectToWorld};
+    places = {placements_[traced_[traced].placement].objectToWorld};
   } else {
-    for (const uint32_t instance : instancesOf_[group])
-      places.push_back(
-          placements_[instances_[instance].firstPlacement + traced - groups_[group].first].objectToWorld);
+    for (const uint32_t instance : groups_[group].instances)
+      places.push_back(placements_[placementOf(traced, instance)].objectToWorld);
   }
   if (moves_) addPlacesInTime(traced, places);
   return places;
@@ -479,6 +544,8 @@ void Geometry::reportMemory() const {
   setStatistic("Memory/tessellations, most MB", static_cast<double>(tessellations_->peak()) / kMegabyte);
   setStatistic("Memory/tessellations, budget MB", static_cast<double>(tessellations_->budget()) / kMegabyte);
   setStatistic("Geometry/units", static_cast<double>(units_.size()));
+  if (loadingTime_ > 0)
+    setStatistic("Delayed archives/seconds of all threads", static_cast<double>(loadingTime_) * 1e-9);
   if (facetsLimited_)
     errors_.report(Severity::Warning, RiError::LimitCheck, {},
                    "too many facets: some surfaces are traced coarser than their size in pixels asks");

@@ -26,12 +26,11 @@ float largestStretch(const M44f& m) {
 }  // namespace
 
 /// Finds which surfaces are displaced and how far at most. Those that do not say are displaced now.
-void Geometry::boundDisplacements() {
-  displacementChecked_ = std::vector<std::atomic<bool>>(traced_.size());
+void Geometry::boundDisplacements(uint32_t firstTraced) const {
   float farthest = 0;
   size_t unbounded = 0;
   const Primitive* without = nullptr;
-  for (uint32_t k = 0; k < traced_.size(); ++k) {
+  for (uint32_t k = firstTraced; k < traced_.size(); ++k) {
     TracedSurface& traced = traced_[k];
     const Attributes* own = attributes(traced);
     if (!own) continue;

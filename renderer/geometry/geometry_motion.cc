@@ -44,12 +44,13 @@ bool Geometry::movesAsWhole(const Instance& instance) const {
 /// Primitives of the world that share a moving transformation are a group with one instance. Its mesh space
 /// is that of the movement, so that what turns only turns; that of what is displaced, as it is where things
 /// stand still, the world's at the opening.
-void Geometry::addMovingGroups() {
+void Geometry::addMovingGroups(const GeometryPart& part) const {
   const double open = static_cast<double>(scene_.camera.shutterOpen);
+  const size_t firstMoving = movingGroups_.size();
   std::map<std::tuple<const Motion*, bool, bool>, size_t> known;
   const auto addMember = [&](const std::shared_ptr<const Motion>& outer, MovingGroup::Member member,
                              const M44d& inner) {
-    const Attributes& attributes = scene_.attributes[member.attributes];
+    const Attributes& attributes = *attributes_[member.attributes];
     if (attributes.visibility == 0 && attributes.areaLight == kNone) return;
     const bool sampleMotion = attributes.sampleMotion && attributes.areaLight == kNone;
     const bool isDisplaced = displacer_ && displacer_->boundOf(attributes);
@@ -57,49 +58,57 @@ void Geometry::addMovingGroups() {
         known.try_emplace({outer.get(), sampleMotion, isDisplaced}, movingGroups_.size());
     if (isNew)
       movingGroups_.push_back(
-          {{isDisplaced ? outer->at(open).inverse() : M44d(), outer}, sampleMotion, {}, {}});
+          {{isDisplaced ? outer->at(open).inverse() : M44d(), outer}, sampleMotion, {}, {}, kNone});
     if (!isDisplaced) member.toMesh = inner;
     movingGroups_[found->second].members.push_back(member);
   };
-  for (const Primitive& p : scene_.primitives)
+  for (const Primitive& p : part.scene->primitives)
     if (movesAsWhole(p))
-      addMember(p.motion->place.outer, {&p, p.objectToWorld, p.attributes, p.reversed},
+      addMember(p.motion->place.outer, {&p, p.objectToWorld, part.firstAttributes + p.attributes, p.reversed},
                 p.motion->place.inner);
-  for (const Instance& instance : scene_.instances) {
-    if (!movesAsWhole(instance) || !ownsSurfaces(instance)) continue;
-    for (const Primitive& p : scene_.objects[instance.object].primitives)
+  for (const Instance& instance : part.scene->instances) {
+    if (!movesAsWhole(instance) || !ownsSurfaces(part, instance)) continue;
+    uint32_t object = instance.object;
+    const GeometryPart& owner = part.ofObject(object);
+    for (const Primitive& p : owner.scene->objects[object].primitives)
       addMember(instance.motion->outer,
                 {&p, p.objectToWorld * instance.objectToWorld,
-                 p.attributes == kNone ? instance.attributes : p.attributes, p.reversed != instance.reversed},
+                 p.attributes == kNone ? part.firstAttributes + instance.attributes
+                                       : owner.firstAttributes + p.attributes,
+                 p.reversed != instance.reversed},
                 p.objectToWorld * instance.motion->inner);
   }
-  for (MovingGroup& group : movingGroups_) {
-    const auto first = static_cast<uint32_t>(traced_.size()), index = static_cast<uint32_t>(groups_.size());
-    for (const MovingGroup::Member& m : group.members)
-      if (add(*m.primitive, m.toMesh, index, m.attributes, m.isReversed)) group.toMesh.push_back(m.toMesh);
-    groups_.emplace_back(first, static_cast<uint32_t>(traced_.size()));
+  for (auto k = static_cast<uint32_t>(firstMoving); k < movingGroups_.size(); ++k) {
+    MovingGroup& moving = movingGroups_[k];
+    const auto first = static_cast<uint32_t>(traced_.size());
+    moving.group = static_cast<uint32_t>(groups_.size());
+    groups_.emplace_back().moving = k;
+    for (const MovingGroup::Member& m : moving.members)
+      if (add(*m.primitive, m.toMesh, moving.group, m.attributes, m.isReversed))
+        moving.toMesh.push_back(m.toMesh);
+    groups_[moving.group].range = {first, static_cast<uint32_t>(traced_.size())};
   }
 }
 
-void Geometry::placeMovingGroups() {
-  const auto objects = static_cast<uint32_t>(scene_.objects.size());
-  for (uint32_t k = 0; k < movingGroups_.size(); ++k) {
-    const MovingGroup& group = movingGroups_[k];
+void Geometry::placeMovingGroups(const GeometryPart& part) const {
+  for (uint32_t k = part.firstGroup; k < part.endGroup; ++k) {
+    if (groups_[k].moving == kNone) continue;
+    const MovingGroup& group = movingGroups_[groups_[k].moving];
     uint32_t visibility = 0;
-    for (const MovingGroup::Member& m : group.members)
-      visibility |= scene_.attributes[m.attributes].visibility;
-    place(objects + k, group.movement.at(static_cast<double>(scene_.camera.shutterOpen)), kNone, visibility,
-          false, &group.movement, group.sampleMotion);
+    for (const MovingGroup::Member& m : group.members) visibility |= attributes_[m.attributes]->visibility;
+    place(k, group.movement.at(static_cast<double>(scene_.camera.shutterOpen)), kNone, visibility, false,
+          &group.movement, group.sampleMotion);
   }
 }
 
 void Geometry::place(uint32_t group, const M44d& meshToWorld, uint32_t attributes, uint32_t visibility,
-                     bool reversed, const Movement* movement, bool sampleMotion) {
-  const auto [first, end] = groups_[group];
+                     bool reversed, const Movement* movement, bool sampleMotion) const {
+  Group& of = groups_[group];
+  const auto [first, end] = of.range;
   if (first == end) return;
   const auto index = static_cast<uint32_t>(instances_.size());
-  instancesOf_[group].push_back(index);
-  if (attributes != kNone && scene_.attributes[attributes].oneSided) oneSidedInstances_[group] = true;
+  of.instances.push_back(index);
+  if (attributes != kNone && attributes_[attributes]->oneSided) of.oneSided = true;
   instances_.push_back({group, static_cast<uint32_t>(placements_.size()), visibility, M44f(meshToWorld),
                         M44f(meshToWorld.inverse())});
   const double open = static_cast<double>(scene_.camera.shutterOpen),
@@ -113,31 +122,47 @@ void Geometry::place(uint32_t group, const M44d& meshToWorld, uint32_t attribute
   }
   for (uint32_t k = first; k < end; ++k) {
     const TracedSurface& traced = traced_[k];
-    const M44d& toMesh = group >= scene_.objects.size()
-                             ? movingGroups_[group - scene_.objects.size()].toMesh[k - first]
-                             : traced.primitive->objectToWorld;
+    const M44d& toMesh =
+        of.moving == kNone ? traced.primitive->objectToWorld : movingGroups_[of.moving].toMesh[k - first];
     placements_.push_back(makePlacement(
         k, traced.attributes == kNone ? attributes : traced.attributes, index, toMesh * meshToWorld, toMesh,
         traced.isReversed != (traced.solid == kNone ? reversed : traced.isTurned)));
   }
 }
 
-void Geometry::findMotion() {
-  for (const TracedSurface& traced : traced_) {
+/// What of a part moves. Whether anything does, for which rays have times, is known of the scene's own
+/// content from the beginning, and supposed of delayed archives: pictures do not depend on who reads them
+/// when.
+void Geometry::findMotion(const GeometryPart& part) const {
+  bool moves = false, samplesMotion = false;
+  for (uint32_t k = part.firstTraced; k < traced_.size(); ++k) {
+    const TracedSurface& traced = traced_[k];
     if (traced.segments == 0) continue;
     ++deformingSurfaces;
     surfaceSegments += traced.segments;
     const Attributes* own = attributes(traced);
-    samplesMotion_ |= own && own->sampleMotion && own->areaLight == kNone;
+    samplesMotion |= own && own->sampleMotion && own->areaLight == kNone;
   }
-  for (Placement& p : placements_) {
+  for (uint32_t k = part.firstPlacement; k < part.endPlacement; ++k) {
+    Placement& p = placements_[k];
     p.moves =
         traced_[p.traced].segments > 0 || (p.instance != kNone && instances_[p.instance].movement != kNone);
     if (!p.moves) continue;
-    moves_ = true;
+    moves = true;
     ++movingPlacements;
   }
-  for (const InstanceMovement& movement : movements_) samplesMotion_ |= movement.sampleMotion;
+  for (uint32_t k = part.firstMovement; k < part.endMovement; ++k)
+    samplesMotion |= movements_[k].sampleMotion;
+  if (part.seed == 0) {
+    const bool mayMove = scene_.camera.shutterOpen < scene_.camera.shutterClose;
+    for (const DelayedArchive& archive : scene_.delayed)
+      moves |= mayMove, samplesMotion |= mayMove && archive.sampleMotion;
+    moves_ = moves, samplesMotion_ = samplesMotion;
+  } else if (samplesMotion && !samplesMotion_) {
+    errors_.reportOnce(Severity::Warning, RiError::IllState, {}, "samplemotion in a delayed archive",
+                       "Attribute \"trace\" \"samplemotion\" within a delayed archive has no effect: it is "
+                       "to be set before its request, as rays have a time from the beginning or never");
+  }
 }
 
 void Geometry::addPlacesInTime(uint32_t traced, std::vector<M44f>& places) const {
@@ -147,7 +172,7 @@ void Geometry::addPlacesInTime(uint32_t traced, std::vector<M44f>& places) const
   };
   const uint32_t group = traced_[traced].group;
   if (group == kNone) return add(M44f());
-  for (const uint32_t index : instancesOf_[group]) {
+  for (const uint32_t index : groups_[group].instances) {
     const PlacedInstance& instance = instances_[index];
     add(instance.meshToWorld);
     if (instance.movement == kNone) continue;
@@ -184,7 +209,7 @@ std::vector<DicePose> Geometry::dicePoses(uint32_t index) const {
 
 PosedPrimitive Geometry::posing(uint32_t traced) const {
   const TracedSurface& t = traced_[traced];
-  const bool inObject = t.group != kNone && t.group < scene_.objects.size();
+  const bool inObject = t.group != kNone && groups_[t.group].moving == kNone;
   return {t.primitive, static_cast<double>(scene_.camera.shutterOpen),
           static_cast<double>(scene_.camera.shutterClose), t.segments,
           inObject && t.primitive->motion && t.primitive->motion->place.outer};
@@ -239,20 +264,20 @@ SurfaceRates Geometry::ratesInTime(uint32_t traced, std::optional<float> shading
   return best;
 }
 
+Box3f Geometry::boundAt(uint32_t k, uint32_t step) const {
+  const TracedSurface& traced = traced_[k];
+  if (step == 0 || traced.primitive->motion->shapes.empty()) return traced.bound;
+  if (const Box3f box = meshBound(posing(k).at(step)); !box.isEmpty()) return box;
+  const PosedSurface at = posed(k, step);
+  return at.surface ? at.surface->bound() : traced.bound;
+}
+
 void Geometry::addStepBounds(SurfaceUnit& unit, uint32_t traced, const Box3f& opening) const {
   unit.stepBounds.resize(unit.segments + 1);
   unit.stepBounds[0].extendBy(opening);
   for (uint32_t step = 1; step <= unit.segments; ++step) {
     const M44f toMesh = toMeshAt(traced, step);
-    Box3f box = traced_[traced].bound;
-    if (!traced_[traced].primitive->motion->shapes.empty()) {
-      box = meshBound(posing(traced).at(step));
-      if (box.isEmpty()) {
-        const PosedSurface at = posed(traced, step);
-        box = at.surface ? at.surface->bound() : traced_[traced].bound;
-      }
-    }
-    box = padded(transformed(padded(box), toMesh));
+    Box3f box = padded(transformed(padded(boundAt(traced, step)), toMesh));
     box.min -= V3f(traced_[traced].reach), box.max += V3f(traced_[traced].reach);
     unit.stepBounds[step].extendBy(box);
   }

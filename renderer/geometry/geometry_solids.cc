@@ -16,8 +16,10 @@ STAT_COUNTER("Solids/operands that are not closed", openCount);
 
 }  // namespace
 
-void Geometry::makeSolids(const std::vector<Solid>& solids, uint32_t first, std::vector<M44d>* toWorld) {
+void Geometry::makeSolids(const std::vector<Solid>& solids, uint32_t first,
+                          std::vector<M44d>* toWorld) const {
   if (solids.empty()) return;
+  const size_t firstOfWorld = toWorld ? traced_.size() - toWorld->size() : 0;
   // The surfaces of each leaf, in their order.
   std::vector<uint32_t> members;
   for (uint32_t k = first; k < traced_.size(); ++k)
@@ -85,13 +87,13 @@ void Geometry::makeSolids(const std::vector<Solid>& solids, uint32_t first, std:
     if (removed[k - first]) continue;
     if (kept != k) {
       traced_[kept] = traced_[k], made_[kept] = std::move(made_[k]);
-      if (toWorld) (*toWorld)[kept] = (*toWorld)[k];
+      if (toWorld) (*toWorld)[kept - firstOfWorld] = (*toWorld)[k - firstOfWorld];
     }
     ++kept;
   }
-  traced_.resize(kept);
-  made_.resize(kept);
-  if (toWorld) toWorld->resize(kept);
+  traced_.shrinkTo(kept);
+  made_.shrinkTo(kept);
+  if (toWorld) toWorld->resize(kept - firstOfWorld);
 }
 
 }  // namespace patina

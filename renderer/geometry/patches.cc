@@ -134,8 +134,9 @@ PatchTable::PatchTable(const RasterCamera& camera, size_t placements,
     : camera_(camera),
       input_(std::move(input)),
       limit_(limit),
-      diced_(placements),
-      chunks_(new std::atomic<Patch*>[kMostChunks]()) {}
+      chunks_(new std::atomic<Patch*>[kMostChunks]()) {
+  growTo(placements);
+}
 
 PatchTable::~PatchTable() {
   for (const auto& diced : diced_) delete diced.load();

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <vector>
 
+#include "renderer/base/stable_vector.h"
 #include "renderer/geometry/raster_camera.h"
 #include "renderer/geometry/surface.h"
 
@@ -134,6 +135,11 @@ class PatchTable {
              size_t limit = kMostPatches);
   ~PatchTable();
 
+  /// To be called while there are no placements, when there will be more. [main]
+  void makeRoom() { diced_.makeRoom(); }
+  /// Makes it know placements up to a number. [one thread at a time; others may read meanwhile]
+  void growTo(size_t placements) const { diced_.growTo(placements); }
+
   /// The patch of a placed primitive's face that holds (u, v). The number is the patch's for as long as the
   /// table lives, but another one in another run: nothing that reaches the picture may depend on it.
   /// [any thread]
@@ -187,7 +193,7 @@ class PatchTable {
   const RasterCamera camera_;
   const std::function<DiceInput(uint32_t)> input_;
   const size_t limit_;
-  mutable std::vector<std::atomic<const Diced*>> diced_;   ///< by placement
+  mutable StableVector<std::atomic<const Diced*>> diced_;  ///< by placement
   mutable std::unique_ptr<std::atomic<Patch*>[]> chunks_;  ///< kChunk patches each
   mutable std::array<std::mutex, kMutexes> diceMutex_;     ///< by placement: nothing is diced twice
   mutable std::mutex storeMutex_;

@@ -79,12 +79,12 @@ std::atomic<uint64_t>& TessellationCache::takeEpoch() {
   return *(threadEpoch = &owner.slot->began);
 }
 
-TessellationCache::TessellationCache(size_t units, size_t budget) : units_(units), budget_(budget) {}
+TessellationCache::TessellationCache(size_t budget) : budget_(budget) {}
 
 TessellationCache::~TessellationCache() { clear(); }
 
 void TessellationCache::clear() {
-  for (Unit& unit : units_) delete unit.resident.exchange(nullptr);
+  for (size_t k = 0; k < units_.size(); ++k) delete units_[k].resident.exchange(nullptr);
   resident_.clear();
   bytes_ = 0;
   maker_ = {};

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "renderer/base/math.h"
+#include "renderer/base/stable_vector.h"
 
 namespace patina {
 
@@ -67,13 +68,17 @@ class TessellationCache {
     std::function<size_t(uint32_t unit)> guess;
   };
 
-  TessellationCache(size_t units, size_t budget);
+  explicit TessellationCache(size_t budget);
   ~TessellationCache();
   TessellationCache(const TessellationCache&) = delete;
   TessellationCache& operator=(const TessellationCache&) = delete;
 
   /// To be called before the first Reader. [main]
   void setMaker(Maker maker);
+  /// To be called before the first growTo() when there will be more. [main]
+  void makeRoom() { units_.makeRoom(); }
+  /// Makes it know units up to a number. [one thread at a time; others may read meanwhile]
+  void growTo(size_t units) const { units_.growTo(units); }
   /// Drops everything, and the maker with it: nobody may read any more. [main]
   void clear();
 
@@ -93,6 +98,16 @@ class TessellationCache {
       if (wanted.lastMet.load(std::memory_order_relaxed) != clock)
         wanted.lastMet.store(clock, std::memory_order_relaxed);
       return known;
+    }
+    /// Does what may take long, or waits: what this Reader got before is no longer valid.
+    template <typename Work>
+    decltype(auto) whileHoldingNothing(const Work& work) {
+      epoch_.store(0, std::memory_order_release);
+      struct Again {
+        Reader& reader;
+        ~Again() { reader.begin(); }
+      } const again{*this};
+      return work();
     }
     /// The tessellation of a unit, made now if need be: then what this Reader got before is no longer valid.
     const Tessellation& get(uint32_t unit) {
@@ -152,7 +167,7 @@ class TessellationCache {
   bool dropSome() const;
   size_t used() const { return bytes_ + maker_.measure(); }
 
-  mutable std::vector<Unit> units_;
+  mutable StableVector<Unit> units_;
   size_t budget_;
   Maker maker_;
   mutable std::mutex reserveMutex_;

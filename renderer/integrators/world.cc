@@ -2,7 +2,6 @@
 // Building a frame, visibility, ambient light.
 #include "renderer/integrators/world.h"
 
-#include <map>
 #include <stdexcept>
 
 #include "renderer/base/sampling.h"
@@ -14,6 +13,12 @@ namespace {
 
 STAT_COUNTER("Shading/opacity look-ups", opacityLookups);
 constexpr int kMostLayers = 4096;  // surfaces that a shadow ray passes before it gives up
+
+void checkMoves(const ShaderInstance* displacement, const ShaderBinding& binding, ErrorHandler& errors) {
+  if (displacement && !displacement->active(PATINA_ENTRY_DISPLACEMENT))
+    errors.report(Severity::Warning, RiError::NoShader, binding.where,
+                  "Displacement \"" + binding.name + "\" moves nothing");
+}
 
 }  // namespace
 
@@ -39,19 +44,19 @@ float LightList::weightOfMet(uint32_t light, float bsdfPdf, float lightPdf) cons
 }
 
 World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& errors)
-    : scene_(scene), settings_(settings), camera_(scene.camera, scene.options) {
+    : scene_(scene), settings_(settings), errors_(errors), camera_(scene.camera, scene.options) {
   if (camera_.singular()) throw std::runtime_error("the camera's transformation is singular");
   const Options& options = scene.options;
   samplesPerPixel_ = settings.samples ? std::max(1, *settings.samples)
                      : options.maxSamples
                          ? std::max(1, *options.maxSamples)
                          : std::max(1, options.pixelSamplesX) * std::max(1, options.pixelSamplesY);
-  loadShaders(errors);
+  loadShaders();
   {
     PhaseTimer timer("Geometry");
-    displacement_ = std::make_unique<DisplacementShading>(shaderPointers_);
-    geometry_ = std::make_unique<Geometry>(scene, camera_, errors,
-                                           displacement_->isNeeded(scene) ? displacement_.get() : nullptr);
+    displacement_ = std::make_unique<DisplacementShading>(shaderPointers_, !scene.delayed.empty());
+    const bool displaces = displacement_->isNeeded(scene) || !scene.delayed.empty();
+    geometry_ = std::make_unique<Geometry>(scene, camera_, errors, displaces ? displacement_.get() : nullptr);
   }
   {
     PhaseTimer timer("Acceleration structures");
@@ -60,12 +65,23 @@ World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& e
   std::vector<const ShaderInstance*> surfaces = shaderPointers_;  // the default surface is the last
   shading_ = std::make_unique<SurfaceShading>(*geometry_, std::move(surfaces));
   lights_ = std::make_unique<Lights>(*geometry_, shaderPointers_);
-  makeLightLists();
+  if (geometry_->hasDelayed()) {
+    lightLists_.makeRoom(), lightListOf_.makeRoom();
+    geometry_->setListener(this);
+  }
+  addLightLists(geometry_->mainPart());
 }
 
 World::~World() = default;
 
-void World::loadShaders(ErrorHandler& errors) {
+/// nullptr: there is no such shader, or it cannot be used, which is reported.
+std::unique_ptr<ShaderInstance> World::makeShader(const ShaderBinding& binding, const char* role,
+                                                  ShaderHost& host) {
+  const PatinaShader* shader = loader_->load(binding.name, role, errors_, binding.where);
+  return shader ? ShaderInstance::create(*shader, binding, host, errors_) : nullptr;
+}
+
+void World::loadShaders() {
   PhaseTimer timer("Shaders");
   const auto searchPath = [&](const char* kind) {
     const auto found = scene_.options.searchPaths.find(kind);
@@ -81,15 +97,15 @@ void World::loadShaders(ErrorHandler& errors) {
     textureFolders.push_back(std::move(folder));
   textures_ = std::make_unique<TextureService>(
       std::move(textureFolders), scene_.options.madeTextures,
-      static_cast<size_t>(std::max(scene_.options.textureKb, 1024)) * 1024, errors);
-  host_ = std::make_unique<ShaderHost>(
+      static_cast<size_t>(std::max(scene_.options.textureKb, 1024)) * 1024, errors_);
+  hosts_.push_back(std::make_unique<ShaderHost>(
       [this](std::string_view name) -> std::optional<M44d> {
         if (name == "camera") return scene_.camera.worldToCamera.inverse();
         const auto found = scene_.coordinateSystems.find(std::string(name));
         if (found == scene_.coordinateSystems.end()) return std::nullopt;
         return found->second;
       },
-      textures_.get());
+      textures_.get()));
 
   // Only shaders that something in the scene is bound to are loaded.
   std::vector<const char*> role(scene_.shaders.size(), nullptr);
@@ -108,25 +124,70 @@ void World::loadShaders(ErrorHandler& errors) {
     const bool isDefault = k == scene_.shaders.size();
     const ShaderBinding& binding = isDefault ? fallback : scene_.shaders[k];
     std::unique_ptr<ShaderInstance> instance;
-    if (isDefault || role[k])
-      if (const PatinaShader* shader =
-              loader_->load(binding.name, isDefault ? "Surface" : role[k], errors, binding.where))
-        instance = ShaderInstance::create(*shader, binding, *host_, errors);
-    if (instance && !isDefault && isDisplacement[k] && !instance->active(PATINA_ENTRY_DISPLACEMENT))
-      errors.report(Severity::Warning, RiError::NoShader, binding.where,
-                    "Displacement \"" + binding.name + "\" moves nothing");
+    if (isDefault || role[k]) instance = makeShader(binding, isDefault ? "Surface" : role[k], *hosts_[0]);
+    if (!isDefault && isDisplacement[k]) checkMoves(instance.get(), binding, errors_);
     if (isDefault && !instance) throw std::runtime_error("the plugin 'defaultsurface' cannot be used");
+    tried_.push_back(isDefault || role[k]);
     shaderPointers_.push_back(instance.get());
     shaders_.push_back(std::move(instance));
   }
 }
 
-void World::makeLightLists() {
-  std::map<std::vector<uint32_t>, uint32_t> known;
-  for (const Placement& placement : geometry_->placements()) {
-    const std::vector<uint32_t>& wanted = geometry_->attributes(placement).lights;
-    const auto [found, isNew] = known.try_emplace(wanted, static_cast<uint32_t>(lightLists_.size()));
-    lightListOf_.push_back(found->second);
+/// The shaders of a delayed archive.
+void World::begin(GeometryPart& part) {
+  const Scene& scene = *part.scene;
+  part.firstShader = static_cast<uint32_t>(shaders_.size());
+  shaders_.resize(shaders_.size() + scene.shaders.size());
+  tried_.resize(shaders_.size(), false);
+  shading_->growTo(shaders_.size());
+  displacement_->growTo(shaders_.size());
+  if (!scene.shaders.empty()) {
+    // Coordinate systems that the archive defines are known to its own shaders.
+    const auto find = [&part, frame = hosts_[0].get()](std::string_view name) -> std::optional<M44d> {
+      for (const GeometryPart* p = &part; p->around; p = p->around)
+        if (const auto found = p->scene->coordinateSystems.find(std::string(name));
+            found != p->scene->coordinateSystems.end())
+          return found->second;
+      return frame->spaceToWorld(name, M44d());
+    };
+    hosts_.push_back(std::make_unique<ShaderHost>(find, textures_.get()));
+    hostOf_[&part] = hosts_.back().get();
+  }
+  // A shader of a scene around this one may be used by nothing else, and not be loaded yet.
+  const auto want = [&](uint32_t shader, bool isDisplacement) {
+    if (shader == kNone || tried_[part.shader(shader)]) return;
+    const uint32_t index = part.shader(shader);
+    const GeometryPart& owner = part.ofShader(shader);
+    const ShaderBinding& binding = owner.scene->shaders[shader];
+    tried_[index] = true;
+    shaders_[index] = makeShader(binding, isDisplacement ? "Displacement" : "Surface",
+                                 owner.around ? *hostOf_.at(&owner) : *hosts_[0]);
+    shading_->setShader(index, shaders_[index].get());
+    displacement_->setShader(index, shaders_[index].get());
+    if (isDisplacement) checkMoves(shaders_[index].get(), binding, errors_);
+  };
+  for (const Attributes& attributes : part.attributes) {
+    want(attributes.surface, false);
+    want(attributes.displacement, true);
+  }
+}
+
+/// What is known by placement.
+void World::end(const GeometryPart& part) {
+  shading_->append(part);
+  addLightLists(part);
+}
+
+void World::summarize(ErrorHandler& errors) {
+  for (const auto& host : hosts_) host->summarize(errors);
+}
+
+void World::addLightLists(const GeometryPart& part) {
+  lightListOf_.growTo(part.endPlacement);
+  for (uint32_t k = part.firstPlacement; k < part.endPlacement; ++k) {
+    const std::vector<uint32_t>& wanted = geometry_->attributes(geometry_->placements()[k]).lights;
+    const auto [found, isNew] = knownLists_.try_emplace(wanted, static_cast<uint32_t>(lightLists_.size()));
+    lightListOf_[k] = found->second;
     if (!isNew) continue;
     LightList list;
     for (const uint32_t light : wanted) {
@@ -205,9 +266,12 @@ void World::transmittance(std::span<const ShadowRay> wanted, std::span<Rgb> shar
   if (shading_->allOpaque()) {
     w.occluded.resize(w.rays.size());
     accel_->occluded(w.rays, w.occluded);
-    for (size_t i = 0; i < w.rays.size(); ++i)
-      if (w.occluded[i]) shares[w.rayOf[i]] = Rgb(0, 0, 0);
-    return;
+    // One of the rays may have been the first to meet a delayed archive, with something transparent in it.
+    if (shading_->allOpaque()) {
+      for (size_t i = 0; i < w.rays.size(); ++i)
+        if (w.occluded[i]) shares[w.rayOf[i]] = Rgb(0, 0, 0);
+      return;
+    }
   }
   for (int layer = 0; !w.rays.empty(); ++layer) {
     w.hits.resize(w.rays.size());

@@ -2,6 +2,7 @@
 // Everything that integrators ask about a frame: geometry, rays, shaders and lights, built from a scene.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -42,12 +43,12 @@ struct LightList {
   float weightOfMet(uint32_t light, float bsdfPdf, float lightPdf) const;
 };
 
-class World {
+class World final : private GeometryListener {
  public:
   /// Loads shaders, builds geometry and acceleration structures. Throws std::runtime_error when nothing can
   /// be rendered.
   World(const Scene& scene, const RenderSettings& settings, ErrorHandler& errors);
-  ~World();
+  ~World() override;
 
   const Scene& scene() const { return scene_; }
   const RenderSettings& settings() const { return settings_; }
@@ -113,27 +114,35 @@ class World {
 
   int samplesPerPixel() const { return samplesPerPixel_; }
   /// Hands the messages of shaders to the error handler.
-  void summarize(ErrorHandler& errors) { host_->summarize(errors); }
+  void summarize(ErrorHandler& errors);
 
  private:
-  void loadShaders(ErrorHandler& errors);
-  void makeLightLists();
+  std::unique_ptr<ShaderInstance> makeShader(const ShaderBinding& binding, const char* role,
+                                             ShaderHost& host);
+  void begin(GeometryPart& part) override;
+  void end(const GeometryPart& part) override;
+  void addLightLists(const GeometryPart& part);
+  void loadShaders();
 
   const Scene& scene_;
   const RenderSettings& settings_;
+  ErrorHandler& errors_;
   RasterCamera camera_;
   std::unique_ptr<TextureService> textures_;
-  std::unique_ptr<ShaderHost> host_;
+  std::vector<std::unique_ptr<ShaderHost>> hosts_;  ///< of the scene, then of delayed archives
+  std::map<const GeometryPart*, ShaderHost*> hostOf_;
   std::unique_ptr<PluginLoader> loader_;
   std::vector<std::unique_ptr<ShaderInstance>> shaders_;
   std::vector<const ShaderInstance*> shaderPointers_;
   std::unique_ptr<DisplacementShading> displacement_;
+  std::vector<bool> tried_;  ///< by shader: was to be loaded
   std::unique_ptr<Geometry> geometry_;
   std::unique_ptr<Accel> accel_;
   std::unique_ptr<SurfaceShading> shading_;
   std::unique_ptr<Lights> lights_;
-  std::vector<LightList> lightLists_;
-  std::vector<uint32_t> lightListOf_;  ///< by placement
+  std::map<std::vector<uint32_t>, uint32_t> knownLists_;  ///< lights to index of lightLists_
+  StableVector<LightList> lightLists_;
+  StableVector<uint32_t> lightListOf_;  ///< by placement
   int samplesPerPixel_;
 };
 

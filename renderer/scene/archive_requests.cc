@@ -36,13 +36,14 @@ void SceneBuilder::archive(std::string_view name, InlineArchive archive, const L
   archives_.define(name, std::move(archive));
 }
 
-void SceneBuilder::procedural(std::string_view kind, Strings args, const Bounds6&, const Location& at) {
+void SceneBuilder::procedural(std::string_view kind, Strings args, const Bounds6& bound, const Location& at) {
   const bool program = kind == "RunProgram";
   if ((kind != "DelayedReadArchive" && !program) || args.empty())
     return unhandled(fmt::format("Procedural \"{}\"", kind), at);
   if (program && !settings_.allowPrograms)
     return countNotice(
         "Procedural \"RunProgram\" is left out: programs are started with --allow-programs only", at);
+  if (!program && delay(args.front(), bound, at)) return;
   inOwnScope(at, [&] {
     if (program)
       readProgram(args, at);
@@ -51,17 +52,22 @@ void SceneBuilder::procedural(std::string_view kind, Strings args, const Bounds6
   });
 }
 
-void SceneBuilder::procedural2(std::string_view kind, std::string_view, const ParamList& params,
+void SceneBuilder::procedural2(std::string_view kind, std::string_view boundKind, const ParamList& params,
                                const Location& at) {
   for (const Param& param : params) param.used = true;
   const std::string_view file = params.stringValue("filename", "");
   if (kind != "DelayedReadArchive2" || file.empty())
     return unhandled(fmt::format("Procedural2 \"{}\"", kind), at);
+  const Param* const given = boundKind == "SimpleBound" ? params.find("bound") : nullptr;
+  if (given && given->floats.size() == 6) {
+    Bounds6 bound;
+    std::ranges::copy(given->floats, bound.begin());
+    if (delay(file, bound, at)) return;
+  }
   inOwnScope(at, [&] { readArchiveFile(file, at); });
 }
 
-template <typename Read>
-void SceneBuilder::inOwnScope(const Location& at, const Read& read) {
+void SceneBuilder::inOwnScope(const Location& at, const std::function<void()>& read) {
   if (!open(BlockKind::Attribute, at)) return;
   const size_t depth = blocks_.depth();
   read();
@@ -73,7 +79,7 @@ void SceneBuilder::inOwnScope(const Location& at, const Read& read) {
 }
 
 void SceneBuilder::readProgram(Strings args, const Location& at) {
-  if (++programsRun_ > settings_.programRuns)
+  if (++*programsRun_ > settings_.programRuns)
     return error(RiError::LimitCheck, at, fmt::format("more than {} programs run", settings_.programRuns),
                  "programs");
   // Words of the command between blanks; no shell has a hand in it.
@@ -125,8 +131,8 @@ void SceneBuilder::setUserValues(std::string_view kind, std::string_view name, c
 std::optional<bool> SceneBuilder::evaluate(std::string_view condition, const Location& at) {
   const auto value = evaluateCondition(condition, [&](std::string_view name) -> std::optional<std::string> {
     if (name == "Frame" || name == "frame") return std::to_string(scene_.frame);
-    const auto known = userValues_.find(name);
-    return known == userValues_.end() ? std::nullopt : std::optional(known->second);
+    const std::string* const said = known(&SceneBuilder::userValues_, name);
+    return said ? std::optional(*said) : std::nullopt;
   });
   if (!value) {
     error(RiError::SyntaxError, at,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "renderer/scene/scene.h"
+#include "rib/archives.h"
 
 namespace patina {
 
@@ -17,6 +18,7 @@ struct SolidPlace {
   uint32_t solid = kNone;     ///< index of the open world's or object's solids; kNone: not in a solid
   uint32_t node = 0;          ///< the innermost SolidBegin
   size_t firstPrimitive = 0;  ///< that may be a part of the solid
+  bool operator==(const SolidPlace&) const = default;
 };
 
 /// What AttributeBegin saves and AttributeEnd restores.
@@ -40,6 +42,16 @@ struct GraphicsState {
   float detail = kInfinity;                ///< area in pixels of the Detail bound
   std::array<float, 4> detailRange{0, 0, kInfinity, kInfinity};
   SolidPlace solid;
+  bool operator==(const GraphicsState&) const = default;
+};
+
+/// What a delayed archive finds when it is read, but for its transformation. Requests under equal states
+/// share one.
+struct DelayedState {
+  GraphicsState state;                                ///< ctm is the identity
+  Archives::Chain chain;                              ///< the files that were being read at the request
+  std::vector<std::pair<std::string, M44d>> systems;  ///< ScopedCoordinateSystem: names and what they mean
+  bool operator==(const DelayedState&) const = default;
 };
 
 enum class BlockKind : uint8_t { Frame, World, Attribute, Transform, Solid, Object, Motion, Resource };

@@ -183,9 +183,9 @@ void SceneBuilder::bxdf(std::string_view name, Handle, const ParamList& params, 
     param.used = true;
     if (!param.declaration.reference || param.strings.empty()) continue;
     const std::string_view source = param.strings.front().substr(0, param.strings.front().find(':'));
-    const auto known = patternTextures_.find(source);
-    if (param.name() == m.colorToken && known != patternTextures_.end() && !known->second.empty())
-      texture = known->second;
+    const std::string* const picture = known(&SceneBuilder::patternTextures_, source);
+    if (param.name() == m.colorToken && picture && !picture->empty())
+      texture = *picture;
     else
       countNotice(fmt::format("shader connections are not followed: \"{}\" of \"{}\" keeps its default",
                               param.name(), name),
@@ -238,6 +238,7 @@ Rgb SceneBuilder::modernLightColor(std::string_view name, const ParamList& param
 }
 
 void SceneBuilder::light(std::string_view name, Handle handle, const ParamList& params, const Location& at) {
+  if (leaveOutLight(name, at)) return;
   const auto lightsOfWorld = [&](uint32_t index) {
     // Lights of this dialect shine on all that follows, whatever block they stand in.
     if (!inWorld()) return;
@@ -375,10 +376,10 @@ void SceneBuilder::resource(Handle handle, std::string_view type, const ParamLis
     resources_.insert_or_assign(std::string(handle.text), state_);
     return;
   }
-  const auto found = resources_.find(handle.text);
-  if (found == resources_.end())
+  const GraphicsState* const found = known(&SceneBuilder::resources_, handle.text);
+  if (!found)
     return error(RiError::BadHandle, at, fmt::format("Resource: nothing is saved as \"{}\"", handle.text));
-  const GraphicsState& saved = found->second;
+  const GraphicsState& saved = *found;
   if (subset == "transform") {
     state_.ctm = saved.ctm, state_.moving = saved.moving;
   } else if (subset == "shading") {
@@ -396,6 +397,8 @@ void SceneBuilder::resource(Handle handle, std::string_view type, const ParamLis
   } else {
     unhandled(fmt::format("Resource \"attributes\" of subset \"{}\"", subset), at);
   }
+  if (state_.attributes.areaLight != kNone && leaveOutLight(fmt::format("Resource {}", handle.text), at))
+    changeAttributes().areaLight = kNone;
 }
 
 }  // namespace patina

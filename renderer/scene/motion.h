@@ -71,6 +71,7 @@ struct Movement {
 
   M44d at(double time) const { return inner * outer->at(time); }
   bool movesWithin(double open, double close) const { return outer && outer->movesWithin(open, close); }
+  bool operator==(const Movement&) const = default;
 };
 
 /// A request Rotate at one time.

@@ -73,6 +73,7 @@ void SceneBuilder::motionEnd(const Location& at) {
 }
 
 bool SceneBuilder::wants(std::string_view request, const Location& at) {
+  if (outer_ && request != "Option") nameLateOption(request, at);  // that one says itself what it is about
   if (!motion_ || blocks_.top().kind != BlockKind::Motion || request.ends_with("Begin") ||
       request.ends_with("End") || isOneOf(request, kNoSamples))
     return true;

@@ -14,7 +14,8 @@ void SceneBuilder::objectBegin(Handle handle, const ParamList& params, const Loc
     return;
   }
   if (!open(BlockKind::Object, at)) return;
-  objectHandles_[std::string(handle.text)] = static_cast<uint32_t>(scene_.objects.size());
+  objectHandles_[std::string(handle.text)] =
+      scene_.firstObject + static_cast<uint32_t>(scene_.objects.size());
   scene_.objects.emplace_back();
   // The object's own space starts here; instances bring their place, orientation and attributes.
   objectBase_ = state_.ctm;
@@ -27,8 +28,8 @@ void SceneBuilder::objectBegin(Handle handle, const ParamList& params, const Loc
 
 void SceneBuilder::objectInstance(Handle handle, const ParamList& params, const Location& at) {
   for (const Param& param : params) param.used = true;
-  const auto known = objectHandles_.find(std::string(handle.text));
-  if (known == objectHandles_.end()) {
+  const uint32_t* const object = known(&SceneBuilder::objectHandles_, handle.text);
+  if (!object) {
     return error(RiError::BadHandle, at,
                  fmt::format("ObjectInstance: no object has the handle \"{}\"", handle.text));
   }
@@ -40,12 +41,13 @@ void SceneBuilder::objectInstance(Handle handle, const ParamList& params, const 
     return error(RiError::Math, at, "ObjectInstance under a perspective transformation cannot be drawn",
                  "projective");
   }
+  if (outer_ && emits(*object) && leaveOutLight(fmt::format("object {}", handle.text), at)) return;
   Instance instance;
-  instance.object = known->second;
+  instance.object = *object;
   instance.objectToWorld = state_.ctm;
   // Lights are sampled all over their surfaces, of which solids keep only a part.
   const uint32_t light = state_.attributes.areaLight;
-  const bool dark = light != kNone && !scene_.objects[instance.object].solids.empty();
+  const bool dark = light != kNone && !scene_.objects[instance.object - scene_.firstObject].solids.empty();
   if (dark) {
     warning(RiError::Incapable, at, "an area light on solids of an ObjectInstance gives no light");
     changeAttributes().areaLight = kNone;

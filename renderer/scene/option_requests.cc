@@ -200,6 +200,8 @@ void SceneBuilder::relativeDetail(float scale, const Location& at) {
 
 void SceneBuilder::option(std::string_view name, const ParamList& params, const Location& at) {
   setUserValues("option", name, params);
+  if (name != "searchpath" && std::ranges::find(kHintOptions, name) == std::end(kHintOptions))
+    nameLateOption("Option", at);
   if (name == "limits") {
     const auto memory = [&](std::string_view token, int& kilobytes) {
       const int value = params.intValue(token, kilobytes);

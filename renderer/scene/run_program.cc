@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -69,6 +70,8 @@ class Process {
 
 ProgramOutput runProgram(std::span<const std::string> arguments, std::string_view input,
                          const ProgramLimits& limits) {
+  static std::mutex oneAtATime;
+  const std::scoped_lock lock(oneAtATime);
   const auto fail = [](std::string text, const std::string& problem) {
     return ProgramOutput{std::move(text), problem};
   };
@@ -102,7 +105,8 @@ ProgramOutput runProgram(std::span<const std::string> arguments, std::string_vie
   Process process(id);
   childIn.close(), childOut.close();
 
-  // A program that does not read what it is told must not stop us.
+  // A program that does not read what it is told must not stop us. The signal is the process's, and so one
+  // program is run at a time.
   struct NoPipeSignal {
     struct sigaction before {};
     NoPipeSignal() {

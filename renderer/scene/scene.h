@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -339,6 +340,22 @@ struct Options {
   float relativeDetail = 1;    ///< RelativeDetail
 };
 
+// ---- Delayed archives -------------------------------------------------------------------------------------
+
+struct DelayedState;
+
+/// Procedural "DelayedReadArchive": a file that is read when a ray first meets its bound, as if it stood in
+/// place of the request within an attribute block of its own. What is global in RI and not an attribute
+/// (handles, coordinate systems, declarations, archives, options) has the meaning that it has at WorldEnd.
+struct DelayedArchive {
+  std::string file;
+  Box3f bound;         ///< object space; finite, not empty
+  M44d objectToWorld;  ///< the current transformation at the request; affine
+  std::shared_ptr<const DelayedState> state;
+  Location where;
+  bool sampleMotion = false;  ///< Attributes::sampleMotion at the request
+};
+
 /// One frame: what lies between WorldBegin and WorldEnd, with the options in force.
 struct Scene {
   Options options;
@@ -352,6 +369,17 @@ struct Scene {
   std::vector<Instance> instances;
   std::map<std::string, M44d> coordinateSystems;  ///< named space to world
   int frame = 0;
+
+  std::vector<DelayedArchive> delayed;
+  /// What one of `delayed` holds: a scene of its own, without lights, whose numbers of shaders and objects
+  /// continue those of this scene (smaller ones are this scene's). Null: it was not read, which has
+  /// been reported. Lives no longer than this scene and its builder. [any thread, until OnWorld returns]
+  std::function<std::shared_ptr<const Scene>(const DelayedArchive&, ErrorHandler&)> readDelayed;
+  uint32_t firstShader = 0;  ///< number of shaders[0]; not 0 in delayed archives
+  uint32_t firstObject = 0;  ///< number of objects[0]
 };
+
+/// Reads all delayed archives, and those within them, for what is wrong in them. [main]
+void checkDelayed(const Scene& scene, ErrorHandler& errors);
 
 }  // namespace patina

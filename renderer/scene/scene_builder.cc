@@ -40,10 +40,37 @@ SceneBuilder::SceneBuilder(SceneBuilderSettings settings, ErrorHandler& errors, 
       errors_(errors),
       onWorld_(std::move(onWorld)),
       parser_(*this, errors),
-      archives_(parser_, errors, settings_.archiveReads) {
+      archives_(parser_, errors, settings_.archiveReads),
+      programsRun_(std::make_shared<std::atomic<size_t>>(0)) {
   camera_.perspective = false;
   const M44f bezier(-1, 3, -3, 1, 3, -6, 3, 0, -3, 3, 0, 0, 1, 0, 0, 0);
   state_.basisU = state_.basisV = {bezier, 3};
+}
+
+/// Stands where the request for a delayed archive of `outer` stood.
+SceneBuilder::SceneBuilder(const SceneBuilder& outer, const DelayedArchive& archive, ErrorHandler& errors)
+    : settings_(outer.settings_),
+      outer_(&outer),
+      errors_(errors),
+      parser_(*this, errors),
+      archives_(parser_, errors, outer.archives_, archive.state->chain),
+      options_(outer.options_),
+      camera_(outer.camera_),
+      patinaMode_(outer.patinaMode_),
+      riMode_(outer.riMode_),
+      state_(archive.state->state),
+      programsRun_(outer.programsRun_) {
+  parser_.dictionary() = outer.parser_.dictionary();
+  scene_.frame = outer.scene_.frame;
+  scene_.options = options_;
+  scene_.camera = camera_;
+  scene_.camera.worldToCamera = outer.scene_.camera.worldToCamera;
+  resolveFrame(scene_.options, scene_.camera);
+  scene_.firstShader = outer.scene_.firstShader + static_cast<uint32_t>(outer.scene_.shaders.size());
+  scene_.firstObject = outer.scene_.firstObject + static_cast<uint32_t>(outer.scene_.objects.size());
+  for (const auto& [name, toWorld] : archive.state->systems) scene_.coordinateSystems[name] = toWorld;
+  state_.ctm = archive.objectToWorld;
+  blocks_.push(BlockKind::World, archive.where);
 }
 
 SceneBuilder::~SceneBuilder() = default;
@@ -208,6 +235,9 @@ void SceneBuilder::closeTop(const Location&) {
     scene_.primitives.clear();
     scene_.solids.clear();
     scene_.instances.clear();
+    scene_.delayed.clear();
+    scene_.readDelayed = nullptr;
+    lastDelayed_.reset();
     scene_.shaders = std::move(world_->shaders);
     cutBack(world_->mark);
     world_.reset();
@@ -272,7 +302,10 @@ void SceneBuilder::worldBegin(const Location& at) {
   resolveFrame(scene_.options, scene_.camera);
 }
 
-void SceneBuilder::worldEnd(const Location& at) { close(BlockKind::World, at); }
+void SceneBuilder::worldEnd(const Location& at) {
+  if (outer_) return error(RiError::Nesting, at, "WorldEnd in a delayed archive");
+  close(BlockKind::World, at);
+}
 
 void SceneBuilder::endWorld() {
   scene_.options = options_;
@@ -283,6 +316,9 @@ void SceneBuilder::endWorld() {
   resolveFrame(scene_.options, scene_.camera);
   settleMotion(scene_);
   reportNotices();
+  scene_.readDelayed = [this](const DelayedArchive& archive, ErrorHandler& errors) {
+    return readDelayed(archive, errors);
+  };
   if (!errors_.aborted() && onWorld_) onWorld_(scene_);
 }
 

@@ -2,6 +2,7 @@
 // RIB requests in, Scene out: the graphics state of RI 3.2, and what each request does to it.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -51,6 +52,9 @@ class SceneBuilder final : public RibHandler {
   bool readText(std::string_view text, std::string_view name);
 
  private:
+  /// Reads a delayed archive of `outer`, which does not change any more.
+  SceneBuilder(const SceneBuilder& outer, const DelayedArchive& archive, ErrorHandler& errors);
+
   struct WorldStart;
   struct FrameStart;
   struct Notice {
@@ -285,12 +289,27 @@ class SceneBuilder final : public RibHandler {
 
   // Archives
   bool readArchiveFile(std::string_view name, const Location& at);
+  bool delay(std::string_view file, const Bounds6& bound, const Location& at);
+  std::shared_ptr<const Scene> readDelayed(const DelayedArchive& archive, ErrorHandler& errors) const;
+  /// In a delayed archive: says that a light is left out.
+  bool leaveOutLight(std::string_view name, const Location& at);
+  bool emits(uint32_t object) const;  ///< some primitive of the object does
+  /// In a delayed archive: names a request of an option, which comes too late for the picture.
+  void nameLateOption(std::string_view request, const Location& at);
+  /// Finds a name in one of the maps below, or in that of the builder around this one.
+  template <typename Map>
+  const typename Map::mapped_type* known(Map SceneBuilder::*map, std::string_view name) const {
+    for (const SceneBuilder* builder = this; builder; builder = builder->outer_)
+      if (const auto found = (builder->*map).find(std::string(name)); found != (builder->*map).end())
+        return &found->second;
+    return nullptr;
+  }
   void readProgram(Strings args, const Location& at);
   /// Carries `read` out within an attribute block, which ends whatever it left open.
-  template <typename Read>
-  void inOwnScope(const Location& at, const Read& read);
+  void inOwnScope(const Location& at, const std::function<void()>& read);
 
   SceneBuilderSettings settings_;
+  const SceneBuilder* outer_ = nullptr;  // that this one reads a delayed archive of
   ErrorHandler& errors_;
   OnWorld onWorld_;
   RibParser parser_;
@@ -320,10 +339,11 @@ class SceneBuilder final : public RibHandler {
     M44d previous;
   };
   std::vector<ScopedSystem> scopedSystems_;
+  std::shared_ptr<const DelayedState> lastDelayed_;  // of the last request
 
   std::map<std::string, std::string, std::less<>> userValues_;       // "user:pass" -> value, for conditions
   std::map<std::string, std::string, std::less<>> patternTextures_;  // by handle; empty: not a texture
-  size_t programsRun_ = 0;
+  std::shared_ptr<std::atomic<size_t>> programsRun_;  // by this builder and those of delayed archives
   std::map<std::string, GraphicsState, std::less<>> resources_;  // by handle
   std::map<std::string, Notice> notices_;
 };

@@ -78,10 +78,11 @@ uint32_t SceneBuilder::addShader(std::string_view name, const ParamList& params,
   // Exporters repeat the same shader before each primitive.
   const size_t hash = hashOf(binding);
   const auto [begin, end] = shadersByHash_.equal_range(hash);
-  const auto same =
-      std::find_if(begin, end, [&](const auto& e) { return sameBinding(scene_.shaders[e.second], binding); });
+  const auto same = std::find_if(begin, end, [&](const auto& e) {
+    return sameBinding(scene_.shaders[e.second - scene_.firstShader], binding);
+  });
   if (same != end) return same->second;
-  const auto index = static_cast<uint32_t>(scene_.shaders.size());
+  const auto index = scene_.firstShader + static_cast<uint32_t>(scene_.shaders.size());
   shadersByHash_.emplace(hash, index);
   scene_.shaders.push_back(std::move(binding));
   return index;
@@ -131,26 +132,27 @@ uint32_t SceneBuilder::addLight(std::string_view name, Handle handle, bool isAre
 
 void SceneBuilder::lightSource(std::string_view name, Handle handle, const ParamList& params,
                                const Location& at) {
-  addLight(name, handle, false, params, at);
+  if (!leaveOutLight(name, at)) addLight(name, handle, false, params, at);
 }
 
 void SceneBuilder::areaLightSource(std::string_view name, Handle handle, const ParamList& params,
                                    const Location& at) {
   const bool none = name.empty() || name == "null" || name == "none";
+  if (!none && leaveOutLight(name, at)) return;
   if (name.starts_with("PxrStd")) return modernAreaLight(name, handle, params, at);
   const uint32_t light = none ? kNone : addLight(name, handle, true, params, at);
   changeAttributes().areaLight = light;
 }
 
 void SceneBuilder::illuminate(Handle light, bool on, const Location& at) {
-  const auto known = lightHandles_.find(std::string(light.text));
-  if (known == lightHandles_.end()) {
+  const uint32_t* const index = known(&SceneBuilder::lightHandles_, light.text);
+  if (!index) {
     return error(RiError::BadHandle, at,
                  fmt::format("Illuminate: no light has the handle \"{}\"", light.text));
   }
   std::vector<uint32_t>& lights = changeAttributes().lights;
-  std::erase(lights, known->second);
-  if (on) lights.insert(std::ranges::upper_bound(lights, known->second), known->second);
+  std::erase(lights, *index);
+  if (on) lights.insert(std::ranges::upper_bound(lights, *index), *index);
 }
 
 }  // namespace patina

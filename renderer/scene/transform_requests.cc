@@ -84,6 +84,8 @@ void SceneBuilder::scopedCoordinateSystem(std::string_view name, const Location&
   const auto previous = scene_.coordinateSystems.find(std::string(name));
   if (previous != scene_.coordinateSystems.end()) {
     scopedSystems_.push_back({blocks_.depth(), previous->first, previous->second});
+  } else if (const auto around = outer_ ? outer_->namedTransform(name) : std::nullopt) {
+    scopedSystems_.push_back({blocks_.depth(), std::string(name), *around});
   }
   coordinateSystem(name, at);
 }
@@ -91,6 +93,7 @@ void SceneBuilder::scopedCoordinateSystem(std::string_view name, const Location&
 std::optional<M44d> SceneBuilder::namedTransform(std::string_view name) const {
   const auto system = scene_.coordinateSystems.find(std::string(name));
   if (system != scene_.coordinateSystems.end()) return system->second;
+  if (outer_) return outer_->namedTransform(name);
   if (name == "world" || name == "camera") return M44d();  // outside of a world block both are the same
   return std::nullopt;
 }

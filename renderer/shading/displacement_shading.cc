@@ -21,12 +21,22 @@ struct DisplacementShading::Statistics {
 
 DisplacementShading::~DisplacementShading() = default;
 
-DisplacementShading::DisplacementShading(std::vector<const ShaderInstance*> shaders)
-    : shaders_(std::move(shaders)) {
-  for (const ShaderInstance* shader : shaders_)
-    statistics_.push_back(shader && shader->active(PATINA_ENTRY_DISPLACEMENT)
-                              ? std::make_unique<Statistics>(std::string(shader->name()))
-                              : nullptr);
+DisplacementShading::DisplacementShading(std::span<const ShaderInstance* const> shaders, bool grows) {
+  if (grows) shaders_.makeRoom(), statistics_.makeRoom();
+  growTo(shaders.size());
+  for (uint32_t k = 0; k < shaders.size(); ++k) setShader(k, shaders[k]);
+}
+
+void DisplacementShading::growTo(size_t shaders) {
+  shaders_.growTo(shaders);
+  statistics_.growTo(shaders);
+}
+
+void DisplacementShading::setShader(uint32_t shader, const ShaderInstance* instance) {
+  shaders_[shader] = instance;
+  statistics_[shader] = instance && instance->active(PATINA_ENTRY_DISPLACEMENT)
+                            ? std::make_unique<Statistics>(std::string(instance->name()))
+                            : nullptr;
 }
 
 bool DisplacementShading::isNeeded(const Scene& scene) const {

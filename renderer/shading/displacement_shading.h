@@ -3,8 +3,9 @@
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <span>
 
+#include "renderer/base/stable_vector.h"
 #include "renderer/geometry/displacement.h"
 #include "renderer/shading/shader_instance.h"
 
@@ -13,8 +14,14 @@ namespace patina {
 class DisplacementShading final : public Displacer {
  public:
   /// `shaders[k]` is the shader of Scene::shaders[k] (nullptr: none). They must outlive this object. [main]
-  explicit DisplacementShading(std::vector<const ShaderInstance*> shaders);
+  /// `grows`: others will come.
+  DisplacementShading(std::span<const ShaderInstance* const> shaders, bool grows);
   ~DisplacementShading() override;
+
+  // When shaders come with delayed archives. [one thread at a time; others may displace by those known]
+  void growTo(size_t shaders);
+  /// A shader that nothing has been bound to.
+  void setShader(uint32_t shader, const ShaderInstance* instance);
 
   /// Whether any of `attributes` displaces: else nothing needs this object.
   bool isNeeded(const Scene& scene) const;
@@ -24,8 +31,8 @@ class DisplacementShading final : public Displacer {
 
  private:
   struct Statistics;
-  std::vector<const ShaderInstance*> shaders_;
-  std::vector<std::unique_ptr<Statistics>> statistics_;  ///< by shader
+  StableVector<const ShaderInstance*> shaders_;
+  StableVector<std::unique_ptr<Statistics>> statistics_;  ///< by shader
 };
 
 }  // namespace patina

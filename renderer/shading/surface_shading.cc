@@ -44,22 +44,43 @@ struct SurfaceShading::Statistics {
 SurfaceShading::~SurfaceShading() = default;
 
 SurfaceShading::SurfaceShading(const Geometry& geometry, std::vector<const ShaderInstance*> surfaces)
-    : geometry_(geometry), surfaces_(std::move(surfaces)) {
-  for (const ShaderInstance* shader : surfaces_)
-    statistics_.push_back(shader ? std::make_unique<Statistics>(std::string(shader->name())) : nullptr);
-  for (const TracedSurface& traced : geometry.traced()) variables_.emplace_back(*traced.primitive);
-  const auto fallback = static_cast<uint32_t>(surfaces_.size() - 1);
-  for (const Placement& placement : geometry.placements()) {
-    const Attributes& attributes = geometry.attributes(placement);
-    const uint32_t wanted = attributes.surface;
-    const uint32_t shader = wanted == kNone || !surfaces_[wanted] ? fallback : wanted;
-    shaderIndex_.push_back(shader);
+    : geometry_(geometry), fallback_(static_cast<uint32_t>(surfaces.size() - 1)) {
+  if (geometry.hasDelayed()) {
+    surfaces_.makeRoom(), statistics_.makeRoom();
+    variables_.makeRoom(), shaderIndex_.makeRoom(), opaque_.makeRoom();
+  }
+  growTo(surfaces.size());
+  for (uint32_t k = 0; k <= fallback_; ++k) setShader(k, surfaces[k]);
+  append(geometry.mainPart());
+}
+
+void SurfaceShading::growTo(size_t shaders) {
+  surfaces_.growTo(shaders);
+  statistics_.growTo(shaders);
+}
+
+void SurfaceShading::setShader(uint32_t shader, const ShaderInstance* instance) {
+  surfaces_[shader] = instance;
+  statistics_[shader] = instance ? std::make_unique<Statistics>(std::string(instance->name())) : nullptr;
+}
+
+void SurfaceShading::append(const GeometryPart& part) {
+  for (size_t k = variables_.size(); k < geometry_.traced().size(); ++k)
+    variables_.emplace_back(*geometry_.traced()[k].primitive);
+  shaderIndex_.growTo(part.endPlacement);
+  opaque_.growTo(part.endPlacement);
+  for (uint32_t k = part.firstPlacement; k < part.endPlacement; ++k) {
+    const Placement& placement = geometry_.placements()[k];
+    const Attributes& attributes = geometry_.attributes(placement);
+    uint32_t shader = attributes.surface;
+    if (shader == kNone || !surfaces_[shader]) shader = fallback_;
+    shaderIndex_[k] = shader;
     const bool isOs = surfaces_[shader]->has(PATINA_TRAIT_OPACITY_IS_OS);
     const bool opaque = surfaces_[shader]->has(PATINA_TRAIT_OPAQUE) ||
                         (isOs && !variables_[placement.traced].Os && attributes.opacity == Rgb(1, 1, 1)) ||
                         (!isOs && !surfaces_[shader]->active(PATINA_ENTRY_RADIOSITY));
-    opaque_.push_back(opaque);
-    allOpaque_ = allOpaque_ && opaque;
+    opaque_[k] = opaque;
+    if (!opaque) allOpaque_ = false;
   }
 }
 

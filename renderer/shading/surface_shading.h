@@ -3,6 +3,7 @@
 // points, and checks what comes back.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <span>
 #include <vector>
@@ -24,6 +25,12 @@ class SurfaceShading {
   SurfaceShading(const Geometry& geometry, std::vector<const ShaderInstance*> surfaces);
   ~SurfaceShading();
 
+  // When a part of the geometry is read. [one thread at a time; others may shade what is known]
+  void growTo(size_t shaders);
+  /// A shader that no placement has been bound to, because it was not loaded. Must outlive this object.
+  void setShader(uint32_t shader, const ShaderInstance* instance);
+  void append(const GeometryPart& part);
+
   /// The point where a ray of unit direction `direction` met a surface; `footprint` is the ray's width there.
   ShadingPoint at(const Hit& hit, const V3f& direction, float footprint) const;
   /// A point of a side of a surface, for what is seen from no direction in particular.
@@ -36,7 +43,9 @@ class SurfaceShading {
   const ShaderInstance& shaderOf(uint32_t placement) const { return *surfaces_[shaderIndex_[placement]]; }
   /// Nothing can be seen through the placement: no opacity need be asked for.
   bool isOpaque(uint32_t placement) const { return opaque_[placement]; }
-  bool allOpaque() const { return allOpaque_; }
+  /// Nothing that rays have met so far can be seen through: it may become false when a delayed archive is
+  /// read.
+  bool allOpaque() const { return allOpaque_.load(std::memory_order_relaxed); }
 
  private:
   struct Statistics;
@@ -45,12 +54,14 @@ class SurfaceShading {
   void orient(ShadingPoint& point) const;
 
   const Geometry& geometry_;
-  std::vector<const ShaderInstance*> surfaces_;
-  std::vector<std::unique_ptr<Statistics>> statistics_;  ///< by shader
-  std::vector<SurfaceVariables> variables_;              ///< by traced surface
-  std::vector<uint32_t> shaderIndex_;                    ///< by placement
-  std::vector<bool> opaque_;                             ///< by placement
-  bool allOpaque_ = true;
+  // In the renderer's numbers: shaders of Scene::shaders, the default surface, those of delayed archives.
+  StableVector<const ShaderInstance*> surfaces_;
+  StableVector<std::unique_ptr<Statistics>> statistics_;  ///< by shader
+  uint32_t fallback_;                                     ///< the default surface
+  StableVector<SurfaceVariables> variables_;              ///< by traced surface
+  StableVector<uint32_t> shaderIndex_;                    ///< by placement
+  StableVector<uint8_t> opaque_;                          ///< by placement
+  std::atomic<bool> allOpaque_ = true;
 };
 
 }  // namespace patina

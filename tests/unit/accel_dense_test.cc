@@ -88,8 +88,7 @@ void expectSameHits(Primitive primitive) {
   EXPECT_EQ(counter("Geometry/units tessellated"), 0);
   const RTCDevice device = rtcNewDevice(nullptr);
   {
-    const InstanceNumbers instances;
-    EmbreeScene whole(device, *world.geometry, RTC_BUILD_QUALITY_MEDIUM, instances, {.compact = true});
+    EmbreeScene whole(device, *world.geometry, RTC_BUILD_QUALITY_MEDIUM, {.compact = true});
     whole.addFlat(0);
     whole.attach();
     rtcCommitScene(whole.scene());

@@ -113,19 +113,6 @@ TEST_F(Archives, DevicesAndFoldersAreNotRead) {
   EXPECT_EQ(built.status, 1);
 }
 
-TEST_F(Archives, DelayedArchivesAreReadInAScopeOfTheirOwn) {
-  write("d.rib", "Color 1 0 0 Sphere 1 -1 1 360 AttributeBegin");
-  for (const char* request : {"Procedural \"DelayedReadArchive\" [\"d.rib\"] [-1 1 -1 1 -1 1] ",
-                              "Procedural2 \"DelayedReadArchive2\" \"SimpleBound\" \"string filename\" "
-                              "[\"d.rib\"] \"float[6] bound\" [-1 1 -1 1 -1 1] "}) {
-    const Built built =
-        read(write("main.rib", std::string("WorldBegin ") + request + "Sphere 1 -1 1 360 WorldEnd"));
-    ASSERT_THAT(built.world().primitives, SizeIs(2)) << request;
-    EXPECT_EQ(built.attributesOf(0).color, Rgb(1, 0, 0));
-    EXPECT_EQ(built.attributesOf(1).color, Rgb(1, 1, 1));
-  }
-}
-
 TEST(InlineArchives, ReplayAsOftenAsTheyAreRead) {
   const Built built = build(
       "ArchiveBegin \"ball\"\nSphere 1 -1 1 360\nArchiveEnd\nWorldBegin ReadArchive \"ball\" Translate 1 0 0 "

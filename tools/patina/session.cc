@@ -113,7 +113,7 @@ void Session::renderWorld(Scene& scene) {
   if (!mayRender(scene)) return;
   applyOverrides(scene);
   ++worlds_;
-  if (commandLine_.check) return;
+  if (commandLine_.check) return checkDelayed(scene, errors_);
   reading_.reset();
 
   // A folder that cannot be written to is better known now than after the render.
