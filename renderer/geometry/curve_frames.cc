@@ -4,6 +4,7 @@
 // Functions whose results have to agree bit for bit for two segments at their common end are not inlined:
 // every call runs the same instructions, whatever sums the compiler contracts.
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include "renderer/geometry/curves_surface.h"
 
@@ -204,7 +205,9 @@ void CurvesSurface::makeTurns() {
   if (!round_ || !basis_.continuous()) return;  // segments that do not join have frames of their own
   const auto count = static_cast<uint32_t>(curves_.size() - 1);
   turns_.assign(size_t{faces_} + (periodic_ ? 0 : count), Turn{0, 0});
-  tbb::parallel_for(uint32_t{0}, count, [&](uint32_t curve) { makeTurns(curve); });
+  // Whoever waits here holds a lock: tasks of others, which may want the same one, must not run meanwhile.
+  tbb::this_task_arena::isolate(
+      [&] { tbb::parallel_for(uint32_t{0}, count, [&](uint32_t curve) { makeTurns(curve); }); });
 }
 
 void CurvesSurface::makeTurns(uint32_t curve) {
