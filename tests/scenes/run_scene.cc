@@ -7,7 +7,7 @@
 // test.json: {"why": text, "cases": [case ...]}; a case has
 //   name, why      the test's name; where its numbers come from
 //   scene          RIB to render ["scene.rib"]; "shared:x" means x in the folder ../shared beside the source
-//   tree args           arguments for patina, a list of texts; "-o FILE" is added status, says   patina's
+//   tree args           arguments for patina, a list of texts, "folder:x" for x in the scene's folder; "-o FILE" is added status, says   patina's
 //   exit status [0]; texts that must stand in its output rule           "constant"   every pixel equals
 //   "value" [r,g,b] within "pixel", and every 8x8 block within "block"
 //                               (relative; either may be missing)
@@ -88,7 +88,8 @@ fs::path render(const Run& run, const std::string& variant, const json& more = j
   const fs::path log = run.work / (run.name() + variant + ".log");
   std::vector<std::string> command = {run.patina, "-o", picture};
   for (const json& list : {d.value("args", json::array()), more})
-    for (const std::string word : list) command.push_back(word);
+    for (const std::string word : list)
+      command.push_back(word.starts_with("folder:") ? (run.folder / word.substr(7)).string() : word);
   command.push_back(run.data(d.value("scene", "scene.rib")));
   fs::remove(picture);
 
