@@ -160,8 +160,9 @@ TEST(FacetRates, CollapsedFacetsHaveTheNormalOfTheSurface) {
   scene.primitives[1].objectToWorld.setTranslation(V3d(0.5, 1.2, 1));
   Messages messages;
   const Geometry geometry(scene, cameraAt({0.9, 0.1, -0.6}), messages.handler);
-  geometry.tessellations().setMaker([&](uint32_t unit) { return geometry.tessellate(unit); },
-                                    [] { return size_t{0}; });
+  geometry.tessellations().setMaker({[&](uint32_t unit) { return geometry.tessellate(unit); },
+                                     [](uint32_t, std::unique_ptr<Tessellation>&) {},
+                                     [] { return size_t{0}; }, [](uint32_t) { return size_t{0}; }});
   for (uint32_t placement = 0; placement < 2; ++placement) {
     const Surface& surface = geometry.surface(placement);
     int collapsed = 0;
