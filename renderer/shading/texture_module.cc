@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <mutex>
+#include <vector>
 
 namespace {
 
@@ -18,8 +20,23 @@ void say(char* error, size_t size, const std::string& text) {
   if (size) std::snprintf(error, size, "%s", text.c_str());
 }
 
+/// Systems that are not in use. OpenImageIO 2.4 keeps what a thread knows of a cache, its last tiles among
+/// it, under the address of the cache, even when that is gone: another one in the same place would be given
+/// them. So no system ever ends. What the next user finds has been emptied.
+std::mutex idleMutex;
+std::vector<TextureSystem*> idle;
+
+TextureSystem* takeIdle() {
+  const std::scoped_lock lock(idleMutex);
+  if (idle.empty()) return nullptr;
+  TextureSystem* system = idle.back();
+  idle.pop_back();
+  return system;
+}
+
 void* create(size_t budget) try {
-  TextureSystem* system = TextureSystem::create(false);
+  TextureSystem* system = takeIdle();
+  if (!system) system = TextureSystem::create(false);
   if (!system) return nullptr;
   system->attribute("max_memory_MB", std::max(1.0f, static_cast<float>(budget) / (1 << 20)));
   system->attribute("autotile", 64);
@@ -31,7 +48,13 @@ void* create(size_t budget) try {
   return nullptr;
 }
 
-void destroy(void* system) { TextureSystem::destroy(static_cast<TextureSystem*>(system), true); }
+void destroy(void* system) {
+  auto* textures = static_cast<TextureSystem*>(system);
+  textures->invalidate_all(true);  // files may be others under the same names
+  textures->geterror();
+  const std::scoped_lock lock(idleMutex);
+  idle.push_back(textures);
+}
 
 void* open(void* system, const char* path, uint32_t* width, uint32_t* height, uint32_t* channels, char* error,
            size_t errorSize) try {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <barrier>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +11,7 @@
 #include <map>
 #include <numbers>
 #include <random>
+#include <thread>
 
 #include "tests/unit/plugins/bound_shader.h"
 
@@ -59,6 +61,37 @@ class TextureTest : public testing::Test {
 
 // Red grows with the column, green with the row.
 std::array<int, 3> ramp(int x, int y) { return {40 * x, 60 * y, 128}; }
+
+// Frame after frame in one process, whose threads outlive what each frame knows of textures: a thread must be
+// given the picture that is there now, and no memory of former systems.
+TEST_F(TextureTest, SystemsFollowEachOtherWhileThreadsLive) {
+  constexpr int kSystems = 12;
+  std::barrier turn(2);
+  PatinaTexture* texture = nullptr;
+  std::array<Triple, kSystems> fromWorker;
+  std::thread worker([&] {
+    for (Triple& color : fromWorker) {
+      turn.arrive_and_wait();
+      if (texture) color = read(texture, 0.5f, 0.5f);
+      turn.arrive_and_wait();
+    }
+  });
+  for (int k = 0; k < kSystems; ++k) {
+    writePicture("changing.ppm", 2 + k, 2, [&](int, int) { return std::array<int, 3>{20 * k, 255 - k, 7}; });
+    textures_ = std::make_unique<TextureService>(
+        std::vector<std::string>{folder_}, std::map<std::string, std::string>{}, size_t(64) << 20, errors_);
+    texture = textures_->open("changing.ppm", {});
+    turn.arrive_and_wait();
+    turn.arrive_and_wait();
+    EXPECT_NE(texture, nullptr);
+    if (!texture) continue;
+    const Triple expected{static_cast<float>(20 * k) / 255, static_cast<float>(255 - k) / 255, 7.0f / 255};
+    for (const Triple& color : {fromWorker[static_cast<size_t>(k)], read(texture, 0.5f, 0.5f)})
+      for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(color[c], expected[c], 1e-6f) << k;
+  }
+  worker.join();
+  EXPECT_THAT(messages_, testing::IsEmpty());
+}
 
 TEST_F(TextureTest, TheFirstRowIsAtTZeroAndValuesAreAsInTheFile) {
   writePicture("ramp.ppm", 4, 4, ramp);
