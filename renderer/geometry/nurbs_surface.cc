@@ -181,26 +181,6 @@ bool NurbsSurface::isParallelogram(uint32_t face) const {
   return (c[0] + c[3] - c[1] - c[2]).length() <= 4 * static_cast<double>(kMachineEpsilon) * size;
 }
 
-/// With positive weights the surface lies in the convex hull of its control points (the NURBS Book, P4.10).
-Box3f NurbsSurface::computeBound() const {
-  V3d low(std::numeric_limits<double>::infinity()), high(-low);
-  double size = 0;
-  for (size_t row = v_.firstPoint(); row <= v_.lastPoint(); ++row)
-    for (size_t column = u_.firstPoint(); column <= u_.lastPoint(); ++column) {
-      const Hpoint h = control(column, row);
-      const V3d p(h.x / h.w, h.y / h.w, h.z / h.w);
-      for (int c = 0; c < 3; ++c) low[c] = std::min(low[c], p[c]), high[c] = std::max(high[c], p[c]);
-      size = std::max({size, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    }
-  Box3f box;
-  const double margin = 2 * static_cast<double>(kMachineEpsilon) * size;
-  for (int c = 0; c < 3; ++c) {
-    box.min[c] = std::nextafter(static_cast<float>(low[c] - margin), -kInfinity);
-    box.max[c] = std::nextafter(static_cast<float>(high[c] + margin), kInfinity);
-  }
-  return box;
-}
-
 std::unique_ptr<NurbsSurface> NurbsSurface::make(const NurbsPatch& patch, const Primitive& primitive,
                                                  ErrorHandler& errors) {
   const auto fail = [&](RiError code, std::string_view why) {
@@ -229,9 +209,10 @@ std::unique_ptr<NurbsSurface> NurbsSurface::make(const NurbsPatch& patch, const 
     const float* p = s->points_ + i * components;
     if (!usable({p[0], p[1], p[2]}))
       return fail(RiError::Range, fmt::format("point {} is not finite, or beyond 1e18", i));
-    if (s->rational_ && !usableWeight(p[3]))
-      return fail(RiError::Range, fmt::format("the weight of point {} is not between {:g} and {:g}", i,
+    if (s->rational_ && p[3] != 0 && !usableWeight(p[3]))
+      return fail(RiError::Range, fmt::format("the weight of point {} is not 0, or between {:g} and {:g}", i,
                                               kSmallestWeight, kLargestWeight));
+    s->infinite_ = s->infinite_ || (s->rational_ && p[3] == 0);
     allEqual = allEqual && std::equal(p, p + components, s->points_);
   }
   if (allEqual) return fail(RiError::BadArgument, "it has no area");
@@ -242,6 +223,11 @@ std::unique_ptr<NurbsSurface> NurbsSurface::make(const NurbsPatch& patch, const 
   s->segmentsU_ = static_cast<uint32_t>(1 + patch.u.count - patch.u.order);
   s->trim_ = patch.trim;
   s->keepInside_ = patch.keepInside;
+  if (s->infinite_)
+    if (const auto at = s->vanishingWeight())
+      return fail(RiError::Range,
+                  fmt::format("its points are infinite at u = {:g}, v = {:g}, where only weights of 0 count",
+                              at->x, at->y));
   s->closeSeams();
   s->bound_ = s->computeBound();
   if (!usable(s->bound_.min) || !usable(s->bound_.max))

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "renderer/geometry/primvar.h"
 #include "renderer/geometry/spline_direction.h"
@@ -18,6 +19,9 @@ namespace patina {
 /// RI 3.2, section 5: u and v of RI run over the knots, umin to umax and vmin to vmax; TextureCoordinates
 /// belong to the corners of that range. Segments, which uniform and varying values belong to, are the
 /// intervals between all neighbouring knots, those without a length among them: 1 + n - order along a side.
+/// Points of weight 0 stand for directions, as in half a circle by three points: they are added to the others
+/// as they are, and all is well as long as some weight is left everywhere.
+///
 /// Vertex values are weighted like the points, with their weights if these are rational; facevarying and
 /// facevertex ones are four per segment.
 ///
@@ -52,6 +56,7 @@ class NurbsSurface final : public Surface {
   struct Hpoint {
     double x, y, z, w;
   };
+  using V2d = Imath::V2d;
   struct Jet {
     V3d P, du, dv;
   };
@@ -66,11 +71,16 @@ class NurbsSurface final : public Surface {
   void closeSeams();
   bool isParallelogram(uint32_t face) const;
   Box3f computeBound() const;
+  /// Parameters of a place without a weight; nullopt: there is none.
+  std::optional<V2d> vanishingWeight() const;
+  template <class Visit>
+  void forEachBezierPoint(uint32_t face, const Visit& visit) const;
 
   SplineDirection u_, v_;
   size_t nu_ = 0;  ///< control points in a row
   uint32_t segmentsU_ = 0;
   bool rational_ = false, flat_ = false, keepInside_ = false;
+  bool infinite_ = false;  ///< some weights are 0
   std::shared_ptr<const TrimRegion> trim_;
   const float* points_ = nullptr;  ///< 3 or, rational, 4 floats each
   Box3f bound_;

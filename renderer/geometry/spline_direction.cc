@@ -2,6 +2,8 @@
 // Intervals and weights of splines.
 #include "renderer/geometry/spline_direction.h"
 
+#include <algorithm>
+
 namespace patina {
 
 SplineDirection::SplineDirection(const SplineKnots& spline)
@@ -42,6 +44,30 @@ SplineDirection::Weights SplineDirection::slopeAt(uint32_t interval, double x) c
   weights.first = spans_[interval] - degree_;
   splineSlopes(knots_, spans_[interval], degree_, parameter(interval, x), length(interval), weights.w.data());
   return weights;
+}
+
+// Coefficient k of the part over [a, b] is the blossom at degree - k times a and k times b (L. Ramshaw 1989),
+// by the recurrence of de Boor with an argument of its own for each step; means of means.
+std::vector<double> SplineDirection::halvesAsBezier(uint32_t interval) const {
+  const size_t n = order(), span = spans_[interval];
+  std::vector<double> rows(2 * n * n, 0.0), blossom(n * n);
+  for (size_t half = 0; half < 2; ++half)
+    for (size_t k = 0; k < n; ++k) {
+      std::fill(blossom.begin(), blossom.end(), 0.0);
+      for (size_t i = 0; i < n; ++i) blossom[i * n + i] = 1;
+      for (size_t r = 1; r <= degree_; ++r) {
+        const double x =
+            parameter(interval, (static_cast<double>(half) + (r <= degree_ - k ? 0.0 : 1.0)) / 2);
+        for (size_t i = degree_; i >= r; --i) {
+          const double low = knots_[span - degree_ + i], high = knots_[span + 1 + i - r];
+          const double share = std::clamp((x - low) / (high - low), 0.0, 1.0);
+          for (size_t c = 0; c < n; ++c)
+            blossom[i * n + c] = (1 - share) * blossom[(i - 1) * n + c] + share * blossom[i * n + c];
+        }
+      }
+      std::copy_n(&blossom[degree_ * n], n, &rows[(half * n + k) * n]);
+    }
+  return rows;
 }
 
 double SplineDirection::inSegment(uint32_t interval, double x) const {

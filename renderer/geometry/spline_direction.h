@@ -38,6 +38,10 @@ class SplineDirection {
   Weights positionAt(uint32_t interval, double x) const;
   Weights slopeAt(uint32_t interval, double x) const;  ///< derivatives by x
 
+  /// The two halves of an interval as Bezier curves: row k < order() has the weights of the order() control
+  /// points in coefficient k of the first half, the next order() rows those of the second. None is negative.
+  std::vector<double> halvesAsBezier(uint32_t interval) const;
+
   double parameter(uint32_t interval, double x) const;  ///< in units of the knots
   double length(uint32_t interval) const { return breaks_[interval + 1] - breaks_[interval]; }
   double begin() const { return breaks_.front(); }

@@ -21,13 +21,13 @@ std::optional<size_t> total(Ints counts) {
                          [](size_t sum, int n) { return sum + static_cast<size_t>(n); });
 }
 
-/// The index of a control point whose weight is not one; nullopt: all are.
+/// The index of a control point whose weight is none, nor zero; nullopt: all are usable.
 std::optional<size_t> unusableWeight(const ParamList& params) {
   for (const Param& param : params) {
     if (param.declaration.type != ValueType::HPoint || (param.name() != "P" && param.name() != "Pw"))
       continue;
     for (size_t k = 3; k < param.floats.size(); k += 4)
-      if (!usableWeight(param.floats[k])) return k / 4;
+      if (param.floats[k] != 0 && !usableWeight(param.floats[k])) return k / 4;
   }
   return std::nullopt;
 }
@@ -59,8 +59,8 @@ void SceneBuilder::nuPatch(int nu, int uOrder, Floats uKnots, float uMin, float 
   if (!check('u', patch.u) || !check('v', patch.v)) return;
   if (const auto bad = unusableWeight(params))
     return error(RiError::Range, at,
-                 fmt::format("NuPatch is left out: the weight of point {} is not between {:g} and {:g}", *bad,
-                             kSmallestWeight, kLargestWeight),
+                 fmt::format("NuPatch is left out: the weight of point {} is not 0, or between {:g} and {:g}",
+                             *bad, kSmallestWeight, kLargestWeight),
                  "NuPatch weight");
   patch.trim = state_.trim;
   patch.keepInside = state_.trimOutside;

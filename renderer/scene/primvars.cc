@@ -63,9 +63,10 @@ class PointReader {
     std::vector<float> result;
     result.reserve(points.size() / 4 * 3);
     for (size_t i = 0; i + 3 < points.size(); i += 4) {
-      const float w = points[i + 3];
-      if (w == 0) return std::nullopt;
+      float w = points[i + 3];
+      if (w == 0 && !std::holds_alternative<NurbsPatch>(shape_)) return std::nullopt;
       rational_ |= w != 1;
+      if (w == 0) w = kInfinity;  // a direction, which only "Pw" tells
       for (size_t k = 0; k < 3; ++k) result.push_back(points[i + k] / w);
     }
     return result;

@@ -415,13 +415,15 @@ TEST(Nurbs, HolesAreWhatTheLoopsEnclose) {
   EXPECT_FALSE(make(primitive(patch, wavyPoints(6, 4)))->hasHoles());
 }
 
+/// What is said of a patch that is left out.
+std::string report(const Primitive& p) {
+  Messages messages;
+  EXPECT_EQ(makeSurface(p, messages.handler), nullptr);
+  return messages.all();
+}
+
 TEST(Nurbs, HostileInput) {
   using ::testing::HasSubstr;
-  const auto report = [](const Primitive& p) {
-    Messages messages;
-    EXPECT_EQ(makeSurface(p, messages.handler), nullptr);
-    return messages.all();
-  };
   const auto reportU = [&](const SplineKnots& u) {
     return report(primitive(NurbsPatch{u, clampedKnots(2, 2), nullptr}, wavyPoints(4, 2)));
   };
@@ -447,11 +449,84 @@ TEST(Nurbs, HostileInput) {
   EXPECT_THAT(report(primitive(patch, P)), HasSubstr("point 2 is not finite"));
   std::vector<float> Pw(32, 1.0f);
   Pw[0] = 2;
-  for (const float w : {0.0f, -1.0f, NAN, 1e-30f, 1e30f}) {
+  for (const float w : {-1.0f, NAN, 1e-30f, 1e30f}) {
     Pw[15] = w;
     EXPECT_THAT(report(rational(patch, Pw)),
-                HasSubstr("the weight of point 3 is not between 1e-18 and 1e+18"));
+                HasSubstr("the weight of point 3 is not 0, or between 1e-18 and 1e+18"));
   }
+}
+
+/// Half a circle about the origin by three points, the middle one infinitely far up; and a quarter of it.
+const std::vector<std::array<float, 4>> kHalfCircle = {{1, 0, 0, 1}, {0, 1, 0, 0}, {-1, 0, 0, 1}};
+
+TEST(Nurbs, PointsAtInfinityAreDirections) {
+  // Half a cylinder.
+  std::vector<float> Pw;
+  for (const float z : {0.0f, 2.0f})
+    for (const auto& p : kHalfCircle) Pw.insert(Pw.end(), {p[0], p[1], z * p[3], p[3]});
+  const auto cylinder = make(rational({clampedKnots(3, 3), clampedKnots(2, 2), nullptr}, Pw));
+  // Half a ball: half a circle, turned by half a turn; both have points of weight zero.
+  Pw.clear();
+  for (const auto& q : kHalfCircle)
+    for (const auto& p : kHalfCircle)
+      Pw.insert(Pw.end(), {p[0] * q[3], p[1] * q[0], p[1] * q[1], p[3] * q[3]});
+  const auto ball = make(rational({clampedKnots(3, 3), clampedKnots(3, 3), nullptr}, Pw));
+  for (int j = 0; j <= 16; ++j)
+    for (int i = 0; i <= 16; ++i) {
+      const float u = static_cast<float>(i) / 16, v = static_cast<float>(j) / 16;
+      const SurfacePoint onCylinder = cylinder->evaluate(0, u, v);
+      EXPECT_NEAR(std::hypot(onCylinder.P.x, onCylinder.P.y), 1, 1e-6f);
+      EXPECT_NEAR(std::abs(onCylinder.N.dot(V3f(onCylinder.P.x, onCylinder.P.y, 0))), 1, 1e-6f);
+      EXPECT_NEAR(onCylinder.P.z, 2 * v, 1e-6f);
+      expectDerivatives(*cylinder, 0, u, v, 6e-3f);
+      const SurfacePoint onBall = ball->evaluate(0, u, v);
+      EXPECT_NEAR(onBall.P.length(), 1, 1e-6f);
+      EXPECT_NEAR(std::abs(onBall.N.dot(onBall.P)), 1, 2e-6f);
+      for (const auto& s : {&cylinder, &ball})
+        EXPECT_TRUE((*s)->bound().intersects((*s)->evaluate(0, u, v).P));
+    }
+  // Tight to what quarters' hulls allow.
+  EXPECT_LT(cylinder->bound().max.y, 1.0001f);
+  EXPECT_GT(cylinder->bound().min.y, -1e-6f);
+  EXPECT_LT(ball->bound().size().length(), 4);
+
+  // Several intervals, some with two points at infinity next to each other, and a range cut within them.
+  Pw.clear();
+  std::vector<float> weights = {1, 0, 0.5f, 0, 0, 2};
+  for (int j = 0; j < 6; ++j)
+    for (int i = 0; i < 6; ++i) {
+      const auto x = static_cast<float>(i), y = static_cast<float>(j);
+      Pw.insert(Pw.end(), {x, y, std::sin(2 * x + y), weights[static_cast<size_t>(i)] * (j == 2 ? 0 : 1.0f)});
+    }
+  const SplineKnots knots{6, 4, {0, 0, 0, 0, 1, 3, 4, 4, 4, 4}, 0, 3.5f};
+  const NurbsPatch patch{knots, {6, 3, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 2.5f, 6}, nullptr};
+  const auto s = make(rational(patch, Pw));
+  ASSERT_EQ(s->faceCount(), 12u);
+  for (uint32_t face = 0; face < 12; ++face)
+    for (const float x : {0.0f, 0.03f, 0.5f, 0.96875f})
+      for (const float y : {0.0f, 0.7f, 0.99f}) {
+        const V2f t = s->surfaceParameters(face, x, y);
+        const V3f P = s->evaluate(face, x, y).P;
+        expectNear(P, V3f(byDefinition(patch, Pw, 4, static_cast<double>(t.x), static_cast<double>(t.y))),
+                   1e-6f * (1 + P.length()));
+        EXPECT_TRUE(s->bound().intersects(P)) << P;
+      }
+}
+
+TEST(Nurbs, PlacesWithoutAnyWeightAreReported) {
+  using ::testing::HasSubstr;
+  // A corner without a weight; a row of which all are zero, between others and at an end.
+  const auto reportOf = [](std::vector<float> weights) {
+    std::vector<float> Pw;
+    for (size_t k = 0; k < weights.size(); ++k)
+      Pw.insert(Pw.end(), {static_cast<float>(k % 4), static_cast<float>(k / 4), 1, weights[k]});
+    return report(rational({clampedKnots(4, 2), clampedKnots(3, 3), nullptr}, Pw));
+  };
+  EXPECT_THAT(reportOf({0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1}),
+              HasSubstr("infinite at u = 0, v = 0, where only weights of 0 count"));
+  EXPECT_THAT(reportOf({1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0}), HasSubstr("infinite at u = 0, v = 1,"));
+  EXPECT_THAT(reportOf({1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0, 1}), HasSubstr("infinite at u = "));
+  EXPECT_THAT(reportOf(std::vector<float>(12, 0.0f)), HasSubstr("infinite at u = 0, v = 0,"));
 }
 
 TEST(Nurbs, ExtremesStayFinite) {

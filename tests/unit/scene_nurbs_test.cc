@@ -59,7 +59,7 @@ TEST(NuPatch, WhatIsWrongIsNamed) {
       "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 1 0 1] 0 1 \"P\" []\n"
       "NuPatch 2 2 [0 0 1 1] 2 3 2 2 [0 0 1 1] 0 1 \"P\" []\n"
       "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [0 0 0]\n"
-      "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"Pw\" [0 0 0 1 1 0 0 0 0 1 0 1 1 1 0 1]\n"
+      "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"Pw\" [0 0 0 1 1 0 0 1e-30 0 1 0 1 1 1 0 1]\n"
       "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"Pw\" [0 0 0 1 1 0 0 1 0 1 0 -1 1 1 0 1]\n"
       "NuPatch 2000000000 2 [0 0 1 1] 0 1 2000000000 2 [0 0 1 1] 0 1 \"P\" [0 0 0]\n"
       "Perspective 50 NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [0 0 0 1 0 0 0 1 0 1 1 0]");
@@ -75,9 +75,11 @@ TEST(NuPatch, WhatIsWrongIsNamed) {
           "to 1, "
           "where the knots define something",
           "t.rib:5:1: error: badargument: NuPatch is left out: \"P\" has 3 numbers, expected 12 (4 points)",
-          "t.rib:6:1: error: range: NuPatch is left out: the weight of point 1 is not between 1e-18 and "
+          "t.rib:6:1: error: range: NuPatch is left out: the weight of point 1 is not 0, or between 1e-18 "
+          "and "
           "1e+18",
-          "t.rib:7:1: error: range: NuPatch is left out: the weight of point 2 is not between 1e-18 and "
+          "t.rib:7:1: error: range: NuPatch is left out: the weight of point 2 is not 0, or between 1e-18 "
+          "and "
           "1e+18",
           "t.rib:8:1: error: consistency: NuPatch is left out: along u, 4 knots, expected 2000000002 "
           "(control "
