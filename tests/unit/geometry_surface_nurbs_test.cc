@@ -127,6 +127,27 @@ TEST(Nurbs, IsTheDefinition) {
         }
 }
 
+TEST(Nurbs, OrdersTwoToSix) {
+  // Knots of a periodic spline, whose basis functions are all alike: orders differ along u and v.
+  for (int order = 2; order <= 6; ++order) {
+    const NurbsPatch patch{uniformKnots(9, order), uniformKnots(8, 8 - order), nullptr};
+    std::vector<float> Pw;
+    for (const float x : wavyPoints(9, 8, static_cast<uint32_t>(order))) {
+      Pw.push_back(x);
+      if (Pw.size() % 4 == 3) Pw.push_back(0.5f + 0.3f * static_cast<float>(Pw.size() % 7));
+    }
+    const auto s = make(rational(patch, Pw));
+    ASSERT_EQ(s->faceCount(), static_cast<uint32_t>((10 - order) * (1 + order)));
+    for (uint32_t face = 0; face < s->faceCount(); ++face)
+      for (const float x : {0.1f, 0.5f, 0.9f}) {
+        const V2f t = s->surfaceParameters(face, x, 0.7f);
+        const V3d expected = byDefinition(patch, Pw, 4, static_cast<double>(t.x), static_cast<double>(t.y));
+        expectNear(s->evaluate(face, x, 0.7f).P, V3f(expected), 1e-5f, "order " + std::to_string(order));
+        expectDerivatives(*s, face, x, 0.7f, 1e-2f);
+      }
+  }
+}
+
 TEST(Nurbs, ClampedSplineOfOneIntervalIsBezier) {
   const std::vector<float> P = wavyPoints(4, 4);
   const auto s = make(primitive(NurbsPatch{clampedKnots(4, 4), clampedKnots(4, 4), nullptr}, P));
