@@ -15,14 +15,14 @@ namespace {
 
 __extension__ using Wide = unsigned __int128;
 
-// A tag: patch 32 | front 1 | depth 4 | block 5 | valid 1 | used 1 | locked 1 | version 19. Zero is an empty
-// slot. Block 0 is the coarse or medium level's only one; the fine level has 1 to 16. A slot that is locked
-// is being written: if it is valid, what it holds stays, and more is added to it.
-constexpr uint64_t kVersionMask = (uint64_t{1} << 19) - 1;
-constexpr uint64_t kLocked = uint64_t{1} << 19;
-constexpr uint64_t kUsed = uint64_t{1} << 20;
-constexpr uint64_t kValid = uint64_t{1} << 21;
-constexpr int kBlockShift = 22, kDepthShift = 27, kFrontShift = 31, kPatchShift = 32;
+// A tag: patch 32 | front 1 | depth 4 | block 5 | bounces 4 | valid 1 | used 1 | locked 1 | version 15. Zero
+// is an empty slot. Block 0 is the coarse or medium level's only one; the fine level has 1 to 16. A slot that
+// is locked is being written: if it is valid, what it holds stays, and more is added to it.
+constexpr uint64_t kVersionMask = (uint64_t{1} << 15) - 1;
+constexpr uint64_t kLocked = uint64_t{1} << 15;
+constexpr uint64_t kUsed = uint64_t{1} << 16;
+constexpr uint64_t kValid = uint64_t{1} << 17;
+constexpr int kBouncesShift = 18, kBlockShift = 22, kDepthShift = 27, kFrontShift = 31, kPatchShift = 32;
 constexpr uint64_t kKeyMask = ~(kVersionMask | kLocked | kUsed);
 
 constexpr std::array<uint32_t, 2> kWords{4, kMaxBlockVertices};
@@ -40,7 +40,8 @@ constexpr uint32_t kFineFloor = 4;
 uint64_t PatchCache::keyBits(const CacheKey& key, Level level) {
   return uint64_t{key.patch} << kPatchShift | uint64_t{key.front} << kFrontShift |
          uint64_t{key.depth & 15u} << kDepthShift |
-         (level == Level::Fine ? (key.block & 15u) + uint64_t{1} : 0) << kBlockShift | kValid;
+         (level == Level::Fine ? (key.block & 15u) + uint64_t{1} : 0) << kBlockShift |
+         uint64_t{key.bounces & 15u} << kBouncesShift | kValid;
 }
 
 PatchCache::PatchCache(size_t bytes) {

@@ -28,8 +28,9 @@ namespace patina {
 struct CacheKey {
   uint32_t patch;
   bool front;
-  uint8_t depth;      ///< diffuse depth of the hit; at most 15
-  uint8_t block = 0;  ///< of the fine level: 0 to 15; the other levels have one block
+  uint8_t depth;        ///< diffuse depth of the hit; at most 15
+  uint8_t block = 0;    ///< of the fine level: 0 to 15; the other levels have one block
+  uint8_t bounces = 0;  ///< of light that may still follow; at most 15
 };
 
 class PatchCache {

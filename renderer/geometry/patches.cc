@@ -65,13 +65,17 @@ VertexWeights Patch::locate(Level level, float u, float v) const {
   return {{above + 1, above, below + 1, 0}, {a + b - 1, 1 - a, 1 - b, 0}, 3};
 }
 
-/// Column and row of a vertex of the fine lattice.
 std::array<uint32_t, 2> Patch::latticePosition(uint32_t vertex) const {
   if (cellsU == 0) return {0, 0};
   if (shape == FaceShape::Quad) return {vertex % (cellsU + 1u), vertex / (cellsU + 1u)};
   uint32_t row = 0;
   while (triangleRow(cellsU, row + 1) <= vertex) ++row;
   return {vertex - triangleRow(cellsU, row), row};
+}
+
+uint32_t Patch::latticeVertex(uint32_t i, uint32_t j) const {
+  if (cellsU == 0) return 0;
+  return shape == FaceShape::Quad ? j * (cellsU + 1u) + i : triangleRow(cellsU, j) + i;
 }
 
 uint8_t Patch::blockOf(const VertexWeights& around, uint32_t index[4]) const {

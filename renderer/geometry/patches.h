@@ -73,11 +73,12 @@ struct Patch {
   template <class Visit>
   void forEachDiagonal(Level level, Visit visit) const;
 
+  /// Column and row of a vertex of the fine lattice, and the vertex that is there.
+  std::array<uint32_t, 2> latticePosition(uint32_t vertex) const;
+  uint32_t latticeVertex(uint32_t i, uint32_t j) const;
+
   V2f toFace(const V2f& local) const { return {u0 + local.x * du, v0 + local.y * dv}; }
   V2f toLocal(float u, float v) const { return {(u - u0) / du, (v - v0) / dv}; }
-
- private:
-  std::array<uint32_t, 2> latticePosition(uint32_t vertex) const;
 };
 
 template <class Visit>

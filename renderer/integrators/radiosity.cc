@@ -43,6 +43,7 @@ struct Walk {
   uint32_t receiver = kNone;
   bool sampledLights = false;
   int specularDepth = 0, maxSpecular = 1 << 20;
+  int bounces = RadiosityEngine::kManyBounces;  // diffuse ones that may still follow
   uint32_t step = 0;
   float roughness = 0;  // the largest on the way
   uint64_t seed(uint32_t dimension) const { return pixelSeed(x, y, dimension + step); }
@@ -155,6 +156,7 @@ void RadiosityIntegrator::step(Wave& wave) const {
       continue;
     }
     walk.footprint += walk.spread * hit.t;
+    walk.bounces = engine_.bouncesAt(hit.placement, walk.bounces);
     wave.active.push_back(k);
   }
   world_.pointsAt(
@@ -302,10 +304,12 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     }
     const uint32_t index = wave.cells[at].patch;
     const bool front = wave.cells[at].met.front;
+    const uint8_t bounces = RadiosityEngine::keptBounces(wave.walks[wave.active[i]].bounces);
     for (int k = 0; k < around.count; ++k) {
-      const uint64_t key = uint64_t{index} << 17 | uint64_t{front} << 16 | around.index[k];
+      const uint64_t key =
+          uint64_t{index} << 17 | uint64_t{front} << 16 | uint64_t{bounces} << 12 | around.index[k];
       const auto [found, isNew] = wave.known.try_emplace(key, static_cast<uint32_t>(wave.vertices.size()));
-      if (isNew) wave.vertices.push_back({index, front, static_cast<uint16_t>(around.index[k])});
+      if (isNew) wave.vertices.push_back({index, front, static_cast<uint16_t>(around.index[k]), bounces});
       around.index[k] = found->second;
     }
   }
@@ -320,7 +324,8 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   if (wave.byHit.empty()) return;
 
   wave.requests.clear();
-  for (const uint32_t i : wave.byHit) wave.requests.push_back({wave.points[i], seedOf(i)});
+  for (const uint32_t i : wave.byHit)
+    wave.requests.push_back({wave.points[i], seedOf(i), wave.walks[wave.active[i]].bounces});
   wave.values.resize(wave.requests.size());
   engine_.shade(wave.requests, 0, Purpose::Vertex, wave.values);
   for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];

@@ -37,6 +37,8 @@ int RayBudget::light(int depth, Purpose purpose) const {
 
 RadiosityEngine::RadiosityEngine(const World& world, const Settings& settings)
     : world_(world), settings_(settings) {
+  for (const Attributes& attributes : world.scene().attributes)
+    mostBounces_ = std::max(mostBounces_, attributes.maxDiffuseDepth);
   if (settings.cached) cache_ = std::make_unique<PatchCache>(settings.cacheBytes);
 }
 
@@ -68,7 +70,7 @@ void RadiosityEngine::shade(std::span<const Request> requests, int depth, Purpos
 }
 
 void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, Purpose purpose,
-                                  std::span<Rgb> out, int nesting) const {
+                                  std::span<Rgb> out, int nesting, std::span<const Vertex> vertices) const {
   Workspace& w = workspace(nesting);
   w.points.clear();
   for (const Request& request : requests) w.points.push_back(request.point);
@@ -78,7 +80,7 @@ void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, 
   w.extra.assign(requests.size(), Rgb(0, 0, 0));
   world_.addAmbient(w.points, w.shaded.terms, w.extra);
   addDirect(requests, depth, purpose, w);
-  addIndirect(requests, depth, purpose, w, nesting);
+  addIndirect(requests, depth, purpose, w, nesting, vertices);
   for (size_t i = 0; i < requests.size(); ++i) {
     const SurfaceTerms& terms = w.shaded.terms[i];
     out[i] = terms.emission + w.extra[i] +
@@ -142,7 +144,8 @@ void RadiosityEngine::addShadowed(Workspace& w) const {
 }
 
 RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool front, Level level,
-                                                        uint32_t vertex, int depth) const {
+                                                        uint32_t vertex, int depth,
+                                                        uint8_t keptBounces) const {
   const Patch& patch = world_.geometry().patches()[index];
   V2f uv = patch.toFace(patch.vertexPosition(level, vertex));
   // Neighbouring patches share vertices, and so they share random numbers.
@@ -163,7 +166,9 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
       uv = {b.y / sum, b.z / sum};
     }
   }
-  return {world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level)), seed};
+  const int bounces = keptBounces < kMostKept ? keptBounces : std::max(kMostKept, mostBounces_ - depth);
+  return {world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level)), seed,
+          bounces};
 }
 
 void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const {
@@ -177,7 +182,7 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
       const BlockVertex at = world_.geometry().patches()[v.patch].blockOf(v.index);
       const uint32_t index = at.index;
       uint64_t code;
-      if (cache_->find({v.patch, v.front, 0, at.block}, Level::Fine, {&index, 1}, &code) &&
+      if (cache_->find({v.patch, v.front, 0, at.block, v.bounces}, Level::Fine, {&index, 1}, &code) &&
           code != PackedRgb::kMissing) {
         ++statistics.hits;
         out[k] = PackedRgb::unpack(code);
@@ -185,6 +190,7 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
       }
       Waiting& x = w.waiting.emplace_back();
       x.patch = v.patch, x.front = v.front, x.level = x.stored = Level::Fine, x.block = at.block;
+      x.bounces = v.bounces;
       x.counted = false;
       x.around.count = 1, x.around.index[0] = v.index, x.inBlock[0] = index;
       x.codes.fill(PackedRgb::kMissing);
@@ -201,7 +207,8 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
   std::iota(w.order.begin(), w.order.end(), 0u);
   std::sort(w.order.begin(), w.order.end(), [&](uint32_t a, uint32_t b) {
     const Vertex &x = wanted[a], &y = wanted[b];
-    return std::tuple(x.patch, x.front, x.index) < std::tuple(y.patch, y.front, y.index);
+    return std::tuple(x.patch, x.front, x.index, x.bounces) <
+           std::tuple(y.patch, y.front, y.index, y.bounces);
   });
   const size_t batch = pointsAtOnce(settings_.rays.diffuse(0, Purpose::Vertex));
   for (size_t first = 0; first < w.order.size(); first += batch) {
@@ -209,7 +216,7 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
     w.fillRequests.clear();
     for (size_t i = first; i < first + n; ++i) {
       const Vertex& v = wanted[w.order[i]];
-      w.fillRequests.push_back(vertexRequest(v.patch, v.front, Level::Fine, v.index, 0));
+      w.fillRequests.push_back(vertexRequest(v.patch, v.front, Level::Fine, v.index, 0, v.bounces));
     }
     vertexPoints += static_cast<int64_t>(n);
     w.fillRadiance.resize(n);

@@ -44,15 +44,25 @@ class RadiosityEngine {
     bool indirect = true;
     RayBudget rays;
     size_t cacheBytes = size_t{256} << 20;
+    float gatherError = 0.01f;        ///< relative standard error at which gathers of depth 0 end
+    float irradianceError = 0.1f;     ///< of Ward's estimate; 0: gathered at each vertex
+    float irradianceContrast = 0.1f;  ///< that corners may have
+    float fineScale = 2;              ///< as levelScale, of the fine level
     float levelScale = 0.35f;  ///< a level is fine enough when its spacing is at most so many ray footprints
   };
   RadiosityEngine(const World& world, const Settings& settings);
 
-  /// Where random numbers come from: points of equal seed get equal numbers.
   struct Request {
     ShadingPoint point;
-    uint64_t seed;
+    uint64_t seed;  ///< of random numbers: points of equal seed get equal ones
+    int bounces;    ///< diffuse bounces that may still follow from here: see bouncesAt()
   };
+  /// Diffuse bounces that may follow from a point of `placement` where `allowed` are left on the way to it:
+  /// an object may allow fewer from there on, never more. PRMan: MIN(parent.max, parent.depth + object.max).
+  int bouncesAt(uint32_t placement, int allowed = kManyBounces) const {
+    return std::min(allowed, world_.attributesOf(placement).maxDiffuseDepth);
+  }
+  static constexpr int kManyBounces = 1 << 20;
 
   /// Radiance B that leaves each point, at diffuse depth `depth`, sampled anew.
   /// [any thread]
@@ -63,8 +73,11 @@ class RadiosityEngine {
     uint32_t patch;
     bool front;
     uint16_t index;
+    uint8_t bounces;  ///< keptBounces() of those that may follow
     bool operator==(const Vertex&) const = default;
   };
+  /// As keys tell them apart: from 15 on they are as many as the scene allows at that depth.
+  static uint8_t keptBounces(int bounces) { return static_cast<uint8_t>(std::min(bounces, kMostKept)); }
   /// B at vertices, from the cache or made and kept. [any thread]
   void vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const;
 
@@ -84,6 +97,9 @@ class RadiosityEngine {
   void report() const;  ///< figures of the cache that are known at the end only [main]
 
  private:
+  static constexpr int kMostKept = 15;
+  /// What stands for the depth in the keys of irradiance at the camera's vertices.
+  static constexpr uint8_t kIrradiance = kCachedDepths + 1, kDistances = kIrradiance + 1;
   struct Workspace;
   struct GatherRay;
   struct Lookup;
@@ -92,13 +108,27 @@ class RadiosityEngine {
   struct Fill;
   struct Walk;
   Workspace& workspace(int nesting) const;
-  Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth) const;
+  Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth,
+                        uint8_t keptBounces) const;
+  /// `vertices`: which vertices of depth 0 the requests are, whose irradiance may be interpolated; or empty.
   void shadeNested(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
-                   int nesting) const;
+                   int nesting, std::span<const Vertex> vertices = {}) const;
   void addDirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w) const;
   void addShadowed(Workspace& w) const;
-  void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
-                   int nesting) const;
+  void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w, int nesting,
+                   std::span<const Vertex> vertices) const;
+  /// Irradiance of the requests' front from a gather each, to w.front; with the distances of what it met.
+  void gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const;
+  /// Sends the rays of w.senders.
+  void gather(std::span<const Request> requests, int depth, Workspace& w, int nesting) const;
+  /// Indirect irradiance, the smooth sky's included, in front of vertices at depth 0: gathered or
+  /// interpolated.
+  void irradiance(std::span<const Vertex> wanted, std::span<Rgb> out, int nesting) const;
+  void gatherCorners(size_t first, int nesting) const;
+  bool findIrradiance(Waiting& x) const;
+  void findSmooth(Workspace& w) const;
+  void makeIrradiance(std::span<Fill> fills, std::vector<Waiting>& waiting, int nesting) const;
+  static uint64_t packDistances(float inverse, float nearest);
   /// Traces the rays of `w` to where they end; what they meet goes to the irradiance of their slots, or to
   /// w.missed and w.direct.
   void trace(int depth, Workspace& w, int nesting) const;
@@ -131,6 +161,7 @@ class RadiosityEngine {
   const World& world_;
   Settings settings_;
   std::unique_ptr<PatchCache> cache_;
+  int mostBounces_ = 0;        ///< that any object allows
   mutable FillClaims claims_;  ///< by Want::key
 };
 

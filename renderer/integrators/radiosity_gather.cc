@@ -18,55 +18,136 @@ constexpr uint32_t kMostLayers = 256;  // surfaces that a ray passes before it g
 }  // namespace
 
 void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
-                                  int nesting) const {
+                                  int nesting, std::span<const Vertex> vertices) const {
   if (world_.settings().classic) return;
-  const Lights& lights = world_.lights();
-  w.missed.clear(), w.direct.clear(), w.rays.clear(), w.gather.clear();
-  const size_t batch = raysAtOnce();
-  uint32_t number = 0;
+  w.senders.clear(), w.irradianceWanted.clear(), w.irradianceSlot.clear();
+  // E = integral of L cos over the hemisphere; with density cos/pi a ray's weight is pi / count.
+  const int count = settings_.rays.diffuse(depth, purpose);
+  const int spread = purpose == Purpose::Ray ? 4 : settings_.rays.diffuse(depth, Purpose::Vertex);
   for (uint32_t i = 0; i < requests.size(); ++i) {
-    const ShadingPoint& point = w.points[i];
     const SurfaceTerms& terms = w.shaded.terms[i];
-    const LightList& list = world_.lightsOf(point.placement);
-    const bool bounce = settings_.indirect && depth < world_.attributesOf(point.placement).maxDiffuseDepth;
-    if (!bounce && !list.smooth) continue;
+    const int bounces = settings_.indirect ? requests[i].bounces : 0;
+    if (bounces <= 0 && !world_.lightsOf(w.points[i].placement).smooth) continue;
     float roulette = 1;
-    if (bounce && purpose == Purpose::Ray && depth > kRouletteDepth) {
+    if (bounces > 0 && purpose == Purpose::Ray && depth > kRouletteDepth) {
       const float survive = std::clamp(
           std::max(maxComponent(terms.reflectance), maxComponent(terms.transmittance)), 0.05f, 0.95f);
       if (toUnit(static_cast<uint32_t>(hashOf(requests[i].seed, kRouletteStream) >> 32)) >= survive) continue;
       roulette = 1 / survive;
     }
-    const int count = settings_.rays.diffuse(depth, purpose);
-    const int spread = purpose == Purpose::Ray ? 4 : settings_.rays.diffuse(depth, Purpose::Vertex);
     for (const bool behind : {false, true}) {
       if (isBlack(behind ? terms.transmittance : terms.reflectance)) continue;
-      const Frame frame(behind ? -point.N : point.N);
-      const uint64_t seed = hashOf(requests[i].seed, behind ? kBackGatherStream : kGatherStream);
-      gatherRays += count;
-      const V3f up = behind ? -point.Ng : point.Ng, origin = leave(point.facet(), up);
-      GatherRay ray;
-      // E = integral of L cos over the hemisphere; with density cos/pi a ray's weight is pi / count.
-      ray.weight = kPi * roulette / static_cast<float>(count);
-      ray.slot = 2 * i + (behind ? 1u : 0u);
-      ray.bounce = bounce;
-      for (int k = 0; k < count; ++k) {
-        const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
-        const V3f direction = foldDirection(frame.toWorld(local), up);
-        ray.spread = std::sqrt(kPi / (static_cast<float>(spread) * std::max(local.z, 0.05f)));
-        ray.seed = hashOf(seed, kChildStream, static_cast<uint32_t>(k));
-        ray.number = number++;
-        w.rays.push_back(
-            {origin, direction, 0, kInfinity, kDiffuseRay, world_.rayTime(point.placement, ray.seed)});
-        w.gather.push_back(ray);
-        if (w.rays.size() >= batch) trace(depth, w, nesting);
+      if (vertices.empty()) {
+        w.senders.push_back({i, behind, 0, count, spread, kPi * roulette / static_cast<float>(count)});
+        continue;
       }
+      // What is behind one side is in front of the other.
+      w.irradianceWanted.push_back(vertices[i]);
+      if (behind) w.irradianceWanted.back().front = !vertices[i].front;
+      w.irradianceSlot.push_back(2 * i + (behind ? 1u : 0u));
+    }
+  }
+  if (vertices.empty()) {
+    gather(requests, depth, w, nesting);
+    for (const Workspace::Sender& sender : w.senders)
+      (sender.behind ? w.back : w.front)[sender.request] += sender.received;
+    return;
+  }
+  w.irradianceFound.resize(w.irradianceWanted.size());
+  irradiance(w.irradianceWanted, w.irradianceFound, nesting);
+  for (size_t k = 0; k < w.irradianceSlot.size(); ++k)
+    (w.irradianceSlot[k] & 1u ? w.back : w.front)[w.irradianceSlot[k] / 2] += w.irradianceFound[k];
+}
+
+void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const {
+  w.points.clear();
+  for (const Request& request : requests) w.points.push_back(request.point);
+  w.front.assign(requests.size(), Rgb(0, 0, 0));
+  w.distances.assign(requests.size(), {});
+  w.gathered.assign(requests.size(), {});
+  w.measures = true;
+  const int nominal = settings_.rays.diffuse(0, Purpose::Vertex);
+  const int least = std::max(nominal / 2, 1), most = 4 * least;
+  // Twice as many rays in each round, for those whose quarters do not agree yet.
+  for (int rays = least;; rays = std::min(2 * rays, most)) {
+    w.senders.clear();
+    for (uint32_t i = 0; i < requests.size(); ++i) {
+      Workspace::Gathered& g = w.gathered[i];
+      if (g.done) continue;
+      if ((!settings_.indirect || requests[i].bounces <= 0) &&
+          !world_.lightsOf(requests[i].point.placement).smooth) {
+        g.done = true;
+        continue;
+      }
+      const int parts = g.rays == 0 ? 4 : 2, add = rays - g.rays;
+      for (int k = 0; k < parts; ++k) {
+        const int first = add * k / parts, end = add * (k + 1) / parts;
+        w.senders.push_back({i, false, g.rays + first, end - first, nominal, 1});
+      }
+    }
+    if (w.senders.empty()) break;
+    gather(requests, 0, w, nesting);
+    for (size_t k = 0; k < w.senders.size();) {
+      const uint32_t i = w.senders[k].request;
+      Workspace::Gathered& g = w.gathered[i];
+      std::array<Rgb, 4>& q = g.quarters;
+      if (g.rays > 0) q[0] += q[1], q[1] = q[2] + q[3];
+      for (size_t part = g.rays > 0 ? 2 : 0; part < 4; ++part) q[part] = w.senders[k++].received;
+      g.rays = rays;
+      const Rgb sum = q[0] + q[1] + q[2] + q[3];
+      // The variance of the mean from that between the quarters.
+      float variance = 0;
+      for (int c = 0; c < 3; ++c) {
+        float squares = 0;
+        for (size_t part = 0; part < 4; ++part)
+          squares += (q[part][c] - sum[c] / 4) * (q[part][c] - sum[c] / 4);
+        variance = std::max(variance, squares / 3 * 4);
+      }
+      const float tolerated = settings_.gatherError * maxComponent(sum);
+      g.done = rays >= most || variance <= tolerated * tolerated;
+      if (g.done) w.front[i] = sum * (kPi / static_cast<float>(rays));
+    }
+  }
+  w.measures = false;
+  for (size_t i = 0; i < requests.size(); ++i)
+    w.distances[i].inverse /= static_cast<float>(std::max(w.gathered[i].rays, 1));
+}
+
+void RadiosityEngine::gather(std::span<const Request> requests, int depth, Workspace& w, int nesting) const {
+  const Lights& lights = world_.lights();
+  w.missed.clear(), w.direct.clear(), w.rays.clear(), w.gather.clear();
+  const size_t batch = raysAtOnce();
+  uint32_t number = 0;
+  for (uint32_t slot = 0; slot < w.senders.size(); ++slot) {
+    Workspace::Sender& sender = w.senders[slot];
+    sender.received = Rgb(0, 0, 0);
+    const uint32_t i = sender.request;
+    const bool behind = sender.behind;
+    const ShadingPoint& point = w.points[i];
+    const Frame frame(behind ? -point.N : point.N);
+    const uint64_t seed = hashOf(requests[i].seed, behind ? kBackGatherStream : kGatherStream);
+    gatherRays += sender.count;
+    const V3f up = behind ? -point.Ng : point.Ng, origin = leave(point.facet(), up);
+    GatherRay ray;
+    ray.weight = sender.weight;
+    ray.slot = slot;
+    ray.bounces = settings_.indirect ? requests[i].bounces : 0;
+    for (int k = sender.first; k < sender.first + sender.count; ++k) {
+      const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
+      const V3f direction = foldDirection(frame.toWorld(local), up);
+      ray.spread = std::sqrt(kPi / (static_cast<float>(sender.spread) * std::max(local.z, 0.05f)));
+      ray.seed = hashOf(seed, kChildStream, static_cast<uint32_t>(k));
+      ray.number = number++;
+      w.rays.push_back(
+          {origin, direction, 0, kInfinity, kDiffuseRay, world_.rayTime(point.placement, ray.seed)});
+      w.gather.push_back(ray);
+      if (w.rays.size() >= batch) trace(depth, w, nesting);
     }
   }
   trace(depth, w, nesting);
   // However rays were put into batches, what they found is added in the order of rays.
   const auto byNumber = [](const auto& a, const auto& b) { return a.number < b.number; };
-  const auto irradiance = [&](uint32_t slot) -> Rgb& { return (slot & 1u ? w.back : w.front)[slot / 2]; };
+  const auto irradiance = [&](uint32_t slot) -> Rgb& { return w.senders[slot].received; };
   if (!std::is_sorted(w.missed.begin(), w.missed.end(), byNumber))
     std::stable_sort(w.missed.begin(), w.missed.end(), byNumber);
   w.missFrom.clear(), w.missDirection.clear();
@@ -78,7 +159,7 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
     w.missRadiance.resize(w.missed.size()), w.missPdf.resize(w.missed.size());
     lights.evaluate(light, w.missFrom, w.missDirection, w.missRadiance, w.missPdf);
     for (size_t k = 0; k < w.missed.size(); ++k)
-      if (world_.lightsOf(w.points[w.missed[k].slot / 2].placement).sees(light))
+      if (world_.lightsOf(w.points[w.senders[w.missed[k].slot].request].placement).sees(light))
         irradiance(w.missed[k].slot) += w.missRadiance[k] * w.missed[k].weight;
   }
   // Hits that the cache has no place for.
@@ -116,13 +197,22 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
             {ray.number, ray.slot, w.rays[k].origin, w.rays[k].direction, ray.share * ray.weight});
         continue;
       }
+      if (w.measures && layer == 0) {
+        Workspace::Distances& d = w.distances[w.senders[ray.slot].request];
+        d.inverse += 1 / hit.t, d.nearest = std::min(d.nearest, hit.t);
+      }
       const bool opaque = shading.isOpaque(hit.placement);
-      if (!ray.bounce && opaque) continue;
+      if (ray.bounces <= 0 && opaque) continue;
       ray.travelled += hit.t;
       const ShaderInstance& shader = shading.shaderOf(hit.placement);
-      if (ray.bounce && shader.active(PATINA_ENTRY_RADIOSITY))
-        w.lookups.push_back({&hit, ray.spread * ray.travelled, k, false, {0, 0, 0}});
-      if (ray.bounce && shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
+      if (ray.bounces > 0 && shader.active(PATINA_ENTRY_RADIOSITY))
+        w.lookups.push_back({&hit,
+                             bouncesAt(hit.placement, ray.bounces - 1),
+                             ray.spread * ray.travelled,
+                             k,
+                             false,
+                             {0, 0, 0}});
+      if (ray.bounces > 0 && shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
       if (!opaque) w.passing.push_back(k);
     }
     lookUp(w.lookups, depth + 1, nesting);
@@ -150,7 +240,8 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
     for (const Lookup& lookup : w.lookups) {
       if (lookup.found) continue;
       const GatherRay& ray = w.gather[lookup.user];
-      w.direct.push_back({ray.number, ray.slot, ray.share * ray.weight, {pointAt(lookup.user), ray.seed}});
+      w.direct.push_back(
+          {ray.number, ray.slot, ray.share * ray.weight, {pointAt(lookup.user), ray.seed, lookup.bounces}});
     }
     if (!lobes.empty()) {
       w.walks.clear();
@@ -158,6 +249,7 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
         Walk& walk = w.walks.emplace_back();
         walk.point = pointAt(k), walk.seed = hashOf(w.gather[k].seed, layer);
         walk.footprint = walk.point.footprint, walk.user = k;
+        walk.bounces = bouncesAt(walk.point.placement, w.gather[k].bounces - 1);
       }
       followLobes(w.walks, depth + 1, nesting);
       for (const Walk& walk : w.walks) {
@@ -184,8 +276,7 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
     w.rays.swap(w.nextRays), w.gather.swap(w.nextGather);
   }
   w.rays.clear(), w.gather.clear();
-  for (size_t k = 0; k < w.found.size(); ++k)
-    (w.slot[k] & 1u ? w.back : w.front)[w.slot[k] / 2] += w.found[k];
+  for (size_t k = 0; k < w.found.size(); ++k) w.senders[w.slot[k]].received += w.found[k];
 }
 
 }  // namespace patina

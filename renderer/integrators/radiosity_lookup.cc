@@ -37,18 +37,22 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
     uint32_t index = patches.find(hit.placement, hit.face, hit.u, hit.v);
     // The coarsest level whose vertices lie as close as the ray is wide, and closer than the ray is long.
     const float widest = std::min(lookups[k].footprint * settings_.levelScale, hit.t);
+    // Where there is none the finest may still do; but displaced surfaces push through themselves, and what is
+    // hidden between two vertices nobody has looked for there.
+    const float wide =
+        isDisplaced(hit.placement) ? widest : std::min(lookups[k].footprint * settings_.fineScale, hit.t);
     // Groups of faces have one value each: their levels are the groups that they are in.
     if (patches[index].group > 0)
       for (uint32_t next = patches.coarser(index); next != kNone && patches[next].spacing <= widest;
            next = patches.coarser(index))
         index = next;
     const Patch& patch = patches[index];
-    if (patch.spacing > widest) continue;
+    if (patch.spacing > wide) continue;
     // The finest groups are so many that a ray seldom finds one that another has made: they pay only where
     // their values save further bounces.
-    if (patch.group == 1 && depth >= world_.attributesOf(hit.placement).maxDiffuseDepth) continue;
+    if (patch.group == 1 && lookups[k].bounces <= 0) continue;
     Level level = Level::Coarse;
-    while (patch.spacingAt(level) > widest) level = finer(level);
+    while (level != Level::Fine && patch.spacingAt(level) > widest) level = finer(level);
     tryLevels(lookups, k, index, level, depth, w.waiting);
   }
   while (!w.waiting.empty()) {
@@ -82,7 +86,8 @@ void RadiosityEngine::tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t 
       x.block = patch.blockOf(x.around, x.inBlock.data());
     else
       std::copy_n(x.around.index, count, x.inBlock.begin());
-    const CacheKey key{index, hit.front, static_cast<uint8_t>(depth), x.block};
+    x.bounces = keptBounces(lookup.bounces);
+    const CacheKey key{index, hit.front, static_cast<uint8_t>(depth), x.block, x.bounces};
     CacheStatistics& statistics = cacheStatistics(x.stored, depth);
     ++statistics.lookups;
     const bool known = cache_->find(key, x.stored, {x.inBlock.data(), count}, x.codes.data());
@@ -108,9 +113,9 @@ void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting
   w.wants.clear(), w.fills.clear(), w.others.clear();
   for (uint32_t k = 0; k < waiting.size(); ++k) {
     const Waiting& x = waiting[k];
-    const uint64_t key = static_cast<uint64_t>(depth) << 44 | uint64_t{x.patch} << 12 |
-                         uint64_t{x.front} << 11 | static_cast<uint64_t>(x.stored) << 9 |
-                         uint64_t{x.block} << 5;
+    const uint64_t key = uint64_t{x.bounces} << 48 | static_cast<uint64_t>(depth) << 44 |
+                         uint64_t{x.patch} << 12 | uint64_t{x.front} << 11 |
+                         static_cast<uint64_t>(x.stored) << 9 | uint64_t{x.block} << 5;
     if (x.stored != Level::Fine)
       w.wants.push_back({key, k, 0});
     else
@@ -118,7 +123,11 @@ void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting
         if (x.codes[i] == PackedRgb::kMissing) w.wants.push_back({key | x.inBlock[i], k, i});
   }
   std::sort(w.wants.begin(), w.wants.end());
-  const size_t most = pointsAtOnce(settings_.rays.diffuse(depth, Purpose::Vertex));
+  // Vertices whose irradiance is interpolated send no rays themselves.
+  const size_t most =
+      depth == 0 && settings_.irradianceError > 0
+          ? pointsAtOnce(1)
+          : pointsAtOnce(settings_.rays.diffuse(depth == kIrradiance ? 0 : depth, Purpose::Vertex));
   size_t vertices = 0;
   const auto makeNow = [&] {
     if (!w.fills.empty()) makeSome(w.fills, waiting, depth, nesting);
@@ -171,7 +180,11 @@ bool RadiosityEngine::takeFromCache(const Fill& fill, std::vector<Waiting>& wait
   for (uint32_t i = fill.firstWant; i < fill.endWant; ++i) {
     const auto& [ignored, index, corner] = w.wants[i];
     Waiting& x = waiting[index];
-    const CacheKey key{x.patch, x.front, static_cast<uint8_t>(depth), x.block};
+    if (depth == kIrradiance) {
+      if (findIrradiance(x)) continue;
+      return false;
+    }
+    const CacheKey key{x.patch, x.front, static_cast<uint8_t>(depth), x.block, x.bounces};
     if (x.stored == Level::Fine) {
       if (!cache_->find(key, Level::Fine, {&x.inBlock[corner], 1}, &x.codes[corner]) ||
           x.codes[corner] == PackedRgb::kMissing) {
@@ -188,6 +201,10 @@ bool RadiosityEngine::takeFromCache(const Fill& fill, std::vector<Waiting>& wait
 
 void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& waiting, int depth,
                                int nesting) const {
+  if (depth == kIrradiance) {
+    makeIrradiance(fills, waiting, nesting);
+    return;
+  }
   ++fillBatches;
   Workspace& w = workspace(nesting);
   const PatchTable& patches = world_.geometry().patches();
@@ -199,13 +216,13 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
     fill.firstCode = first;
     if (x.stored == Level::Fine) {
       w.fillRequests.push_back(
-          vertexRequest(x.patch, x.front, Level::Fine, x.around.index[want.corner], depth));
+          vertexRequest(x.patch, x.front, Level::Fine, x.around.index[want.corner], depth, x.bounces));
       continue;
     }
     const Patch& patch = patches[x.patch];
     const uint32_t count = patch.vertexCount(x.stored);
     for (uint32_t k = 0; k < count; ++k)
-      w.fillRequests.push_back(vertexRequest(x.patch, x.front, x.stored, k, depth));
+      w.fillRequests.push_back(vertexRequest(x.patch, x.front, x.stored, k, depth, x.bounces));
     if (count > 1)
       patch.forEachDiagonal(x.stored, [&](uint32_t a, uint32_t b) {
         w.pairOf.push_back({first + a, first + b});
@@ -223,6 +240,7 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
 
   for (size_t purpose = 0; purpose < 2; ++purpose)
     w.shadeRequests[purpose].clear(), w.codeOf[purpose].clear();
+  w.fillVertices.clear();
   for (size_t k = 0; k < fills.size(); ++k) {
     const Waiting& x = waiting[w.wants[fills[k].firstWant].waiting];
     const uint32_t end =
@@ -233,6 +251,10 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
       if (w.fillCodes[code] == PackedRgb::kMissing) continue;
       w.shadeRequests[purpose].push_back(w.fillRequests[code]);
       w.codeOf[purpose].push_back(code);
+      if (depth == 0 && settings_.irradianceError > 0)
+        w.fillVertices.push_back({x.patch, x.front,
+                                  static_cast<uint16_t>(x.around.index[w.wants[fills[k].firstWant].corner]),
+                                  x.bounces});
     }
   }
   for (size_t purpose = 0; purpose < 2; ++purpose) {
@@ -241,7 +263,7 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
     vertexPoints += static_cast<int64_t>(requests.size());
     w.fillRadiance.resize(requests.size());
     shadeNested(requests, depth, purpose == 1 ? Purpose::FineVertex : Purpose::Vertex, w.fillRadiance,
-                nesting + 1);
+                nesting + 1, w.fillVertices);
     for (size_t k = 0; k < requests.size(); ++k)
       w.fillCodes[w.codeOf[purpose][k]] = PackedRgb::pack(w.fillRadiance[k]);
   }
@@ -250,7 +272,7 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
   for (size_t k = 0; k < fills.size(); ++k) {
     const Want& want = w.wants[fills[k].firstWant];
     const Waiting& x = waiting[want.waiting];
-    const CacheKey key{x.patch, x.front, static_cast<uint8_t>(depth), x.block};
+    const CacheKey key{x.patch, x.front, static_cast<uint8_t>(depth), x.block, x.bounces};
     const uint32_t first = fills[k].firstCode;
     const bool fine = x.stored == Level::Fine;
     if (!fine) {

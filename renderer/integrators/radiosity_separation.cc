@@ -115,7 +115,7 @@ void RadiosityEngine::separated(std::span<const Cell> cells, std::span<uint8_t> 
     const auto& [patch, around, met] = cells[k];
     const auto first = static_cast<uint32_t>(w.fillRequests.size());
     for (int i = 0; i < around.count; ++i)
-      w.fillRequests.push_back(vertexRequest(patch, met.front, Level::Fine, around.index[i], 0));
+      w.fillRequests.push_back(vertexRequest(patch, met.front, Level::Fine, around.index[i], 0, 0));
     const auto add = [&](uint32_t a, uint32_t b) {
       w.pairOf.push_back({first + a, first + b});
       w.vertexOf.push_back(k);

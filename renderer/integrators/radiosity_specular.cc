@@ -99,7 +99,8 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, int nesting)
         walk.radiance += walk.throughput * lights.emitted(light, next, -w.walkRays[j].direction, uv) * weight;
       }
       if (shading.shaderOf(hit.placement).active(PATINA_ENTRY_RADIOSITY))
-        w.lookups.push_back({&hit, walk.footprint, i, false, {0, 0, 0}});
+        w.lookups.push_back(
+            {&hit, bouncesAt(hit.placement, walk.bounces), walk.footprint, i, false, {0, 0, 0}});
     }
     lookUp(w.lookups, depth, nesting);
     w.walkRequests.clear();
@@ -108,7 +109,8 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, int nesting)
       if (lookup.found)
         walk.radiance += walk.throughput * lookup.radiance;
       else
-        w.walkRequests.push_back({w.walkPoints[lookup.user], hashOf(walk.seed, kNextStream, bounce)});
+        w.walkRequests.push_back(
+            {w.walkPoints[lookup.user], hashOf(walk.seed, kNextStream, bounce), lookup.bounces});
     }
     if (!w.walkRequests.empty()) {
       w.walkRadiance.resize(w.walkRequests.size());
@@ -125,6 +127,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, int nesting)
       const uint32_t k = w.walkOf[w.picked[i]];
       if (!shading.shaderOf(w.walkPoints[i].placement).active(PATINA_ENTRY_VIEW)) continue;
       walks[k].point = w.walkPoints[i];
+      walks[k].bounces = bouncesAt(walks[k].point.placement, walks[k].bounces);
       active.push_back(k);
     }
   }
@@ -169,14 +172,16 @@ CacheStatistics& cacheStatistics(Level level, int depth) {
   static const std::vector<std::unique_ptr<CacheStatistics>> all = [] {
     std::vector<std::unique_ptr<CacheStatistics>> made;
     for (const char* name : {"coarse", "medium", "fine"})
-      for (int d = 0; d <= RadiosityEngine::kCachedDepths; ++d) {
-        const std::string path = fmt::format("Radiosity cache/{}/depth {}/", name, d);
+      for (int d = 0; d <= RadiosityEngine::kCachedDepths + 1; ++d) {
+        const std::string path = d > RadiosityEngine::kCachedDepths
+                                     ? fmt::format("Irradiance cache/{}/", name)
+                                     : fmt::format("Radiosity cache/{}/depth {}/", name, d);
         made.push_back(std::make_unique<CacheStatistics>(CacheStatistics{
             StatCounter(path + "look-ups"), StatCounter(path + "hits"), StatCounter(path + "misses")}));
       }
     return made;
   }();
-  return *all[static_cast<size_t>(level) * (RadiosityEngine::kCachedDepths + 1) + static_cast<size_t>(depth)];
+  return *all[static_cast<size_t>(level) * (RadiosityEngine::kCachedDepths + 2) + static_cast<size_t>(depth)];
 }
 
 void RadiosityEngine::report() const {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 #include "renderer/base/statistics.h"
@@ -15,17 +16,18 @@ namespace patina {
 struct RadiosityEngine::GatherRay {
   Rgb share{1, 1, 1};   ///< that what it has passed lets through
   float spread;         ///< width gained per length
-  float weight;         ///< of its radiance in the irradiance of `slot`
+  float weight;         ///< of its radiance in what the sender receives
   float travelled = 0;  ///< through what let it pass
-  uint32_t slot;        ///< twice the request's index, plus one behind the surface
+  uint32_t slot;        ///< the sender
   uint32_t number;      ///< among all rays of the gather
   uint64_t seed;
-  bool bounce;  ///< surfaces count, and not only the sky behind them
+  int bounces;  ///< that may follow, its own included; 0: surfaces do not count, only the sky behind them
 };
 
 /// A hit whose radiance the cache may know.
 struct RadiosityEngine::Lookup {
   const Hit* hit;
+  int bounces;      ///< that may follow at the hit
   float footprint;  ///< of the ray, at the hit
   uint32_t user;    ///< whatever the caller likes
   bool found;
@@ -39,6 +41,7 @@ struct RadiosityEngine::Waiting {
   bool front;
   Level level, stored;  ///< wanted; with the same vertices
   uint8_t block;        ///< of the fine level
+  uint8_t bounces;      ///< kept
   bool counted;         ///< as a miss
   VertexWeights around;
   std::array<uint32_t, 4> inBlock;
@@ -67,7 +70,8 @@ struct RadiosityEngine::Walk {
   float footprint;
   uint32_t user;  ///< whatever the caller likes
   Rgb radiance{0, 0, 0}, throughput{1, 1, 1};
-  int most = 1 << 20;  ///< bounces
+  int most = 1 << 20;  ///< specular bounces
+  int bounces;         ///< diffuse ones that may follow from the point
   // Of the step that is being taken
   float pdf = 0, alpha = 0;
   bool delta = false;
@@ -119,6 +123,54 @@ struct RadiosityEngine::Workspace {
   std::vector<Direct> direct;
   std::vector<Request> directRequests;
   std::vector<Rgb> directRadiance;
+  /// Rays to be sent from a request's point, and what they find.
+  struct Sender {
+    uint32_t request;
+    bool behind;
+    int first, count, spread;  ///< of the point's sequence; what the rays' width follows from
+    float weight;              ///< of a ray
+    Rgb received{0, 0, 0};
+  };
+  std::vector<Sender> senders;
+  bool measures = false;  // distances, of the first surface met
+  struct Distances {
+    float inverse = 0, nearest = kInfinity;  // sum of 1/t
+  };
+  std::vector<Distances> distances;  // by request
+  struct Gathered {
+    std::array<Rgb, 4> quarters;  // of the rays, in order; sums of radiance
+    int rays = 0;
+    bool done = false;
+  };
+  std::vector<Gathered> gathered;
+  // irradiance
+  struct Corner {
+    Vertex vertex;
+    Rgb irradiance{0, 0, 0};
+    float inverse = 0, nearest = 0;  // mean of 1/distance; distance
+    V3f P{0, 0, 0}, N{0, 0, 1};
+    void set(const std::array<uint64_t, 4>& codes) {
+      irradiance = PackedRgb::unpack(codes[0]);
+      inverse = std::bit_cast<float>(static_cast<uint32_t>(codes[1] >> 32));
+      nearest = std::bit_cast<float>(static_cast<uint32_t>(codes[1]));
+    }
+  };
+  std::vector<Corner> corners;
+  std::unordered_map<uint64_t, uint32_t> cornerOf, nodeOf;
+  struct InNode {
+    uint32_t wanted;
+    uint32_t i, j;  // on the lattice
+    uint32_t nodeI = 0, nodeJ = 0, step;
+    int count = 0;
+    uint32_t corner[4]{};
+  };
+  std::vector<InNode> inNodes;
+  std::vector<uint8_t> smooth;
+  std::vector<uint32_t> sameAs;
+  std::vector<Request> ends;
+  std::vector<Vertex> irradianceWanted, fillVertices;
+  std::vector<uint32_t> irradianceSlot;
+  std::vector<Rgb> irradianceFound;
   // lookUp
   std::vector<Lookup> lookups;
   std::vector<Waiting> waiting, again;
