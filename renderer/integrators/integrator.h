@@ -45,9 +45,9 @@ struct CameraSample {
 };
 CameraSample cameraSample(const World& world, int pixelX, int pixelY, uint32_t sample);
 
-/// Seed of a pixel's random numbers for one purpose.
-inline uint64_t pixelSeed(int x, int y, uint32_t purpose) {
-  return hashOf(static_cast<uint32_t>(x), static_cast<uint32_t>(y), purpose);
+/// Seed of a pixel's random numbers for one purpose. `frame`: World::frameSeed().
+inline uint64_t pixelSeed(uint64_t frame, int x, int y, uint32_t purpose) {
+  return hashOf(static_cast<uint32_t>(x), static_cast<uint32_t>(y), purpose) ^ frame;
 }
 
 }  // namespace patina

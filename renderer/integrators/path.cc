@@ -33,6 +33,7 @@ enum Dimension : uint32_t {
 struct Path {
   uint32_t slot = 0;  // result
   uint32_t sample = 0;
+  uint64_t frame = 0;  // World::frameSeed()
   int x = 0, y = 0;
   Ray ray;
   Rgb throughput{1, 1, 1};
@@ -50,7 +51,7 @@ struct Path {
   bool transparentSoFar = true;
 
   uint64_t seed(uint32_t dimension) const {
-    return pixelSeed(x, y, kVertex + vertex * kPerVertex + dimension);
+    return pixelSeed(frame, x, y, kVertex + vertex * kPerVertex + dimension);
   }
 };
 
@@ -98,7 +99,7 @@ void PathIntegrator::render(FilmTile& tile) const {
           const CameraSample camera = cameraSample(world_, x, y, s);
           Path path;
           path.slot = static_cast<uint32_t>(wave.paths.size());
-          path.sample = s, path.x = x, path.y = y;
+          path.sample = s, path.frame = world_.frameSeed(), path.x = x, path.y = y;
           path.ray = camera.ray;
           path.spread = camera.camera.footprintSpread, path.footprint = camera.camera.footprintAtOrigin;
           wave.results[path.slot].depth = camera.camera.depthPerT;  // until the first hit

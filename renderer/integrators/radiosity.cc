@@ -34,6 +34,7 @@ enum Dimension : uint32_t {
 struct Walk {
   uint32_t slot = 0;
   uint32_t sample = 0;
+  uint64_t frame = 0;  // World::frameSeed()
   int x = 0, y = 0;
   Ray ray;
   Rgb throughput{1, 1, 1};
@@ -46,7 +47,7 @@ struct Walk {
   int bounces = RadiosityEngine::kManyBounces;  // diffuse ones that may still follow
   uint32_t step = 0;
   float roughness = 0;  // the largest on the way
-  uint64_t seed(uint32_t dimension) const { return pixelSeed(x, y, dimension + step); }
+  uint64_t seed(uint32_t dimension) const { return pixelSeed(frame, x, y, dimension + step); }
 };
 
 struct Result {
@@ -119,7 +120,7 @@ void RadiosityIntegrator::render(FilmTile& tile) const {
           const CameraSample camera = cameraSample(world_, x, y, s);
           Walk walk{};
           walk.slot = static_cast<uint32_t>(wave.walks.size());
-          walk.sample = s, walk.x = x, walk.y = y;
+          walk.sample = s, walk.frame = world_.frameSeed(), walk.x = x, walk.y = y;
           walk.ray = camera.ray;
           walk.throughput = Rgb(1, 1, 1);
           walk.footprint = camera.camera.footprintAtOrigin, walk.spread = camera.camera.footprintSpread;

@@ -150,7 +150,8 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
   V2f uv = patch.toFace(patch.vertexPosition(level, vertex));
   // Neighbouring patches share vertices, and so they share random numbers.
   const uint64_t seed = hashOf(world_.geometry().placements()[patch.placement].seed, patch.face,
-                               uint64_t{floatBits(uv.x)} << 32 | floatBits(uv.y), front, depth);
+                               uint64_t{floatBits(uv.x)} << 32 | floatBits(uv.y), front, depth) ^
+                        world_.frameSeed();
   // A vertex on the rim of its face may lie in a corner, where half of its rays would start inside the other
   // wall: it is moved inwards by a part of a micropolygon.
   constexpr float kInset = 0.3f;

@@ -20,6 +20,8 @@ struct RenderSettings {
   std::optional<int> rays;          ///< diffuse rays per shading point at diffuse depth 0
   std::optional<int> lightSamples;  ///< shadow rays per area light and shading point at depth 0
   std::optional<double> cacheMemoryMb;
+  /// Which of 2^31 independent pictures of the same scene, in every mode: all random numbers depend on it.
+  std::optional<int> seed;
   bool classic = false;      ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
   bool shadeAtHits = false;  ///< --shading hit: no decoupling of shading from visibility
   std::string shaderPath, texturePath;  ///< searched before the RIB's, RI path syntax

@@ -113,6 +113,9 @@ class World final : private GeometryListener {
                   std::span<Rgb> radiance) const;
 
   int samplesPerPixel() const { return samplesPerPixel_; }
+  /// What every seed of random numbers is combined with (exclusive or): a hash of RenderSettings::seed, 0 for
+  /// seed 0.
+  uint64_t frameSeed() const { return frameSeed_; }
   /// Hands the messages of shaders to the error handler.
   void summarize(ErrorHandler& errors);
 
@@ -144,6 +147,7 @@ class World final : private GeometryListener {
   StableVector<LightList> lightLists_;
   StableVector<uint32_t> lightListOf_;  ///< by placement
   int samplesPerPixel_;
+  uint64_t frameSeed_;
 };
 
 }  // namespace patina

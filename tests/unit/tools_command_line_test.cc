@@ -69,6 +69,8 @@ TEST(CommandLineOptions, ReachTheirPlaces) {
                                   "x.png",
                                   "--stats",
                                   "s.json",
+                                  "--seed",
+                                  "5",
                                   "--strict",
                                   "--check",
                                   "--archive-path",
@@ -81,6 +83,7 @@ TEST(CommandLineOptions, ReachTheirPlaces) {
   EXPECT_EQ(line.render.rays, 256);
   EXPECT_EQ(line.render.lightSamples, 4);
   EXPECT_EQ(line.render.cacheMemoryMb, 1.5);
+  EXPECT_EQ(line.render.seed, 5);
   EXPECT_TRUE(line.render.shadeAtHits);
   EXPECT_TRUE(line.render.classic);
   EXPECT_THAT(*line.resolution, ElementsAre(20, 10));
@@ -99,6 +102,7 @@ TEST(CommandLineOptions, SilentDefaultsAndTradition) {
   EXPECT_EQ(line.render.threads, 2);
   EXPECT_EQ(line.render.mode, "");
   EXPECT_FALSE(line.render.samples.has_value());
+  EXPECT_FALSE(line.render.seed.has_value());
   EXPECT_THAT(line.files, ElementsAre("-"));
   EXPECT_THAT(*parse({"--frames", "4", "a"}).frames, ElementsAre(4, 4));
 }
@@ -110,6 +114,7 @@ TEST(CommandLineOptions, WrongUsageIsStatusTwo) {
   EXPECT_THAT(refusal({"--crop", ".5", "0", "0", "1", "a.rib"}), HasSubstr("expected x0 <= x1"));
   EXPECT_THAT(refusal({"--frames", "5-2", "a.rib"}), HasSubstr("expected FIRST-LAST"));
   EXPECT_THAT(refusal({"--samples", "-1", "a.rib"}), HasSubstr("--samples"));
+  EXPECT_THAT(refusal({"--seed", "-1", "a.rib"}), HasSubstr("--seed"));
   EXPECT_THAT(refusal({"--no-such-thing", "a.rib"}), HasSubstr("--no-such-thing"));
 }
 

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <limits>
 
 #include "renderer/scene/request_support.h"
 
@@ -62,6 +63,8 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       ->check(CLI::NonNegativeNumber);
   app.add_option("--cache-memory", render.cacheMemoryMb, "Radiosity cache in MB")
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--seed", render.seed, "Of random numbers: others give independent noise")
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   app.add_option("--shading", shading,
                  "Camera shading: at micropolygon vertices (vertex), or at every hit (hit)")
       ->check(CLI::IsMember({"hit", "vertex"}));

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Seeds: the same bits for the same, independent pictures of the same mean for others, in every mode.
+#include <gtest/gtest.h>
+
+#include "renderer/integrators/render.h"
+#include "renderer/scene/scene_builder.h"
+
+namespace patina {
+namespace {
+
+constexpr int kSize = 24;
+
+/// Half a box with a ball and an area light; `options` go before its world.
+std::vector<Rgb> render(const std::string& mode, int samples, std::optional<int> seed,
+                        const std::string& options = {}) {
+  const std::string rib =
+      options +
+      "Format 24 24 1 PixelFilter \"box\" 1 1 Projection \"perspective\" \"fov\" [50] Translate 0 0 4 "
+      "WorldBegin Attribute \"trace\" \"int maxdiffusedepth\" [2] "
+      "AttributeBegin AreaLightSource \"arealight\" 1 \"float intensity\" [6] "
+      "Translate 0 1.4 0 Rotate 90 1 0 0 Disk 0 .5 360 AttributeEnd Illuminate 1 1 "
+      "Surface \"matte\" \"float Kd\" [1] Color [.8 .8 .8] "
+      "Polygon \"P\" [-2 -1 -2  -2 -1 2  2 -1 2  2 -1 -2] Polygon \"P\" [-2 -1 2  -2 3 2  2 3 2  2 -1 2] "
+      "Color [.8 .2 .2] Polygon \"P\" [-2 -1 -2  -2 3 -2  -2 3 2  -2 -1 2] "
+      "Surface \"plastic\" Color [.3 .8 .3] Translate .4 -.4 0 Sphere .6 -.6 .6 360 WorldEnd";
+  ErrorHandler errors([](Severity, std::string_view message) { ADD_FAILURE() << message; });
+  RenderSettings settings;
+  settings.mode = mode, settings.samples = samples, settings.threads = 2, settings.seed = seed;
+  settings.rays = 4, settings.lightSamples = 1;
+  settings.shaderPath = PATINA_BINARY_DIR "/lib/patina/shaders";
+  std::vector<Rgb> picture;
+  SceneBuilder builder({}, errors, [&](Scene& scene) {
+    const auto film = renderFrame(scene, settings, errors);
+    ASSERT_TRUE(film);
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x)
+        picture.emplace_back(film->value(x, y, 0), film->value(x, y, 1), film->value(x, y, 2));
+  });
+  builder.readText(rib, "half_box.rib");
+  return picture;
+}
+
+double meanSquare(const std::vector<Rgb>& picture, const std::vector<Rgb>& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < picture.size(); ++i) sum += (picture[i] - truth[i]).length2();
+  return sum / static_cast<double>(picture.size());
+}
+
+class Seeds : public testing::TestWithParam<const char*> {};
+
+TEST_P(Seeds, GiveTheSameBitsAgain) {
+  const std::vector<Rgb> unsaid = render(GetParam(), 4, std::nullopt), three = render(GetParam(), 4, 3);
+  EXPECT_EQ(unsaid, render(GetParam(), 4, 0));
+  EXPECT_EQ(three, render(GetParam(), 4, 3));
+  EXPECT_NE(unsaid, three);
+}
+
+// Were any random numbers common to the pictures, or was the mean another one, then the error of the mean of
+// n pictures would not be a n-th of that of one. Over the 576 pixels the ratio is 1 with a standard deviation
+// of 0.1 in the modes without a cache; the values at vertices, of which there are fewer, make it 0.2 with it.
+TEST_P(Seeds, GiveIndependentPicturesOfTheSameMean) {
+  constexpr int kPictures = 16;
+  const std::string mode = GetParam();
+  const std::vector<Rgb> truth = mode == "direct" ? render(mode, 4096, 1000) : render("path", 4096, 1000);
+  std::vector<Rgb> mean(truth.size(), Rgb(0, 0, 0));
+  double alone = 0;
+  for (int seed = 0; seed < kPictures; ++seed) {
+    const std::vector<Rgb> picture = render(mode, 4, seed);
+    for (size_t i = 0; i < mean.size(); ++i) mean[i] += picture[i] / static_cast<float>(kPictures);
+    alone += meanSquare(picture, truth) / kPictures;
+  }
+  EXPECT_NEAR(meanSquare(mean, truth) * kPictures / alone, 1, 0.6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, Seeds, testing::Values("radiosity", "distribution", "path", "direct"),
+                         [](const auto& mode) { return std::string(mode.param); });
+
+}  // namespace
+}  // namespace patina
