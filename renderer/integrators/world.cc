@@ -51,7 +51,7 @@ World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& e
                      : options.maxSamples
                          ? std::max(1, *options.maxSamples)
                          : std::max(1, options.pixelSamplesX) * std::max(1, options.pixelSamplesY);
-  frameSeed_ = mixBits(static_cast<uint64_t>(std::max(0, settings.seed.value_or(0))));
+  frameSeed_ = mixBits(static_cast<uint64_t>(std::max(0, settings.seed.value_or(options.seed))));
   loadShaders();
   {
     PhaseTimer timer("Geometry");

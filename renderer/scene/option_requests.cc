@@ -253,7 +253,13 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     }
     if (const std::string_view view = params.stringValue("display", ""); !view.empty())
       options_.displayView = view;
-    params.reportUnread(errors_, "Option \"patina\"", std::array<std::string_view, 2>{"mode", "display"});
+    if (const int seed = params.intValue("seed", options_.seed); seed >= 0) {
+      options_.seed = seed;
+    } else {
+      error(RiError::Range, at, fmt::format("Option \"patina\" \"seed\" {}: expected 0 or more", seed));
+    }
+    params.reportUnread(errors_, "Option \"patina\"",
+                        std::array<std::string_view, 3>{"mode", "display", "seed"});
   } else if (name == "trace") {
     passOver(params, kIgnoredTrace);
     for (const std::string_view token : {"maxdepth", "specularthreshold", "continuationby"})

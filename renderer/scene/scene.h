@@ -328,6 +328,7 @@ struct Options {
   std::string mode;  ///< Option "patina" "mode" or Hider's integrationmode; "" = not said
   std::optional<int> minSamples, maxSamples;  ///< Hider "raytrace"
   std::optional<std::string> displayView;     ///< Option "patina" "display"
+  int seed = 0;                               ///< Option "patina" "seed": of random numbers; not negative
   std::optional<Rgb> background;              ///< Imager "background"
   int radiosityCacheKb = 262144;              ///< Option "limits" "radiositycachememory"
   int opacityCacheKb = 262144, geometryCacheKb = 262144, textureKb = 262144;

@@ -52,6 +52,8 @@ TEST_P(Seeds, GiveTheSameBitsAgain) {
   const std::vector<Rgb> unsaid = render(GetParam(), 4, std::nullopt), three = render(GetParam(), 4, 3);
   EXPECT_EQ(unsaid, render(GetParam(), 4, 0));
   EXPECT_EQ(three, render(GetParam(), 4, 3));
+  EXPECT_EQ(three, render(GetParam(), 4, std::nullopt, "Option \"patina\" \"int seed\" [3] "));
+  EXPECT_EQ(unsaid, render(GetParam(), 4, 0, "Option \"patina\" \"int seed\" [3] "));
   EXPECT_NE(unsaid, three);
 }
 

@@ -108,6 +108,11 @@ TEST(Options, DisplaysAddUpWithAPlus) {
   EXPECT_THAT(scene.options.displays[1].numbers.at("exposure"), ElementsAre(1, 2));
 }
 
+TEST(Options, SeedOfRandomNumbers) {
+  EXPECT_EQ(worldOf("").options.seed, 0);
+  EXPECT_EQ(worldOf("Option \"patina\" \"int seed\" 7").options.seed, 7);
+}
+
 TEST(Options, ModeByHiderAndByPatina) {
   EXPECT_EQ(
       worldOf("Hider \"raytrace\" \"string integrationmode\" [\"path\"] \"int maxsamples\" 64").options.mode,
@@ -135,7 +140,7 @@ TEST(Options, RefusesValuesOutOfRange) {
   const Built built = build(
       "Clipping 5 2\nCropWindow 0 2 0 1\nProjection \"perspective\" \"fov\" 180\nExposure 1 0\nShutter 1 0\n"
       "PixelSamples 1e9 1\nQuantize \"rgba\" 255 9 1 0\nFrameAspectRatio -1\nFormat 100000 1 1\n"
-      "ScreenWindow 1 1 0 1\nWorldBegin\nWorldEnd");
+      "ScreenWindow 1 1 0 1\nOption \"patina\" \"int seed\" -1\nWorldBegin\nWorldEnd");
   EXPECT_THAT(built.messages, ElementsAre("t.rib:1:1: error: range: Clipping 5 2: expected 0 < near < far",
                                           HasSubstr("t.rib:2:1: error: range: CropWindow 0 2 0 1"),
                                           HasSubstr("t.rib:3:1: error: range: Projection: fov 180"),
@@ -145,8 +150,11 @@ TEST(Options, RefusesValuesOutOfRange) {
                                           HasSubstr("t.rib:7:1: error: range: Quantize"),
                                           HasSubstr("t.rib:8:1: error: range: FrameAspectRatio"),
                                           HasSubstr("t.rib:9:1: error: limitcheck: Format"),
-                                          HasSubstr("t.rib:10:1: error: range: ScreenWindow")));
+                                          HasSubstr("t.rib:10:1: error: range: ScreenWindow"),
+                                          HasSubstr("t.rib:11:1: error: range: Option \"patina\" \"seed\" "
+                                                    "-1: expected 0 or more")));
   EXPECT_EQ(built.world().options.pixelSamplesX, 2);
+  EXPECT_EQ(built.world().options.seed, 0);
 }
 
 TEST(Options, UnknownNamesAreReported) {
