@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tables of results, as Markdown.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tools/patina-bench/report.h"
+
+namespace patina::bench {
+namespace {
+
+std::string number(double v) { return fmt::format("{:.3g}", v); }
+std::string count(double v) {
+  return v >= 1e9   ? fmt::format("{:.3g} G", v / 1e9)
+         : v >= 1e6 ? fmt::format("{:.3g} M", v / 1e6)
+                    : fmt::format("{:.3g} k", v / 1e3);
+}
+// With its standard error, if that is known.
+std::string withError(const Summary& s, double scale = 1) {
+  if (s.count < 2) return number(s.mean * scale);
+  return fmt::format("{} ± {:.2g}", number(s.mean * scale), s.standardError() * std::abs(scale));
+}
+
+std::string secondsText(const std::vector<CurvePoint>& curve, double error) {
+  const std::optional<EqualError> found = secondsAtError(curve, error);
+  if (!found) return "not reached";
+  const char* mark = found->kind == EqualError::AtMost         ? "at most "
+                     : found->kind == EqualError::Extrapolated ? "about "
+                                                               : "";
+  return mark + number(found->seconds);
+}
+
+void addEqualError(std::string& text, std::span<const Point> points, std::span<const double> targets) {
+  text += "| scene | build | mode |";
+  for (const double t : targets) text += fmt::format(" {:g} |", t);
+  text += "\n| --- | --- | --- |";
+  for (size_t i = 0; i < targets.size(); ++i) text += " --- |";
+  text += "\n";
+  const std::vector<std::string> modes = namesOf(points, &Point::mode);
+  for (const std::string& scene : namesOf(points, &Point::scene))
+    for (const std::string& build : namesOf(points, &Point::build))
+      for (const std::string& mode : modes) {
+        const std::vector<CurvePoint> curve = curveOf(pointsOf(points, scene, build), mode);
+        if (curve.empty()) continue;
+        text += fmt::format("| {} | {} | {} |", scene, build, mode);
+        for (const double t : targets) text += " " + secondsText(curve, t) + " |";
+        text += "\n";
+      }
+}
+
+void addScene(std::string& text, const Results& results, std::span<const Point> points,
+              const std::string& scene, const std::string& build) {
+  const std::vector<const Point*> own = pointsOf(points, scene, build);
+  if (own.empty()) return;
+  text += fmt::format("\n## {}, {}\n\n", scene, build);
+  if (const auto found = results.references.find(scene); found != results.references.end()) {
+    const ReferenceInfo& r = found->second;
+    if (r.kind == "path") {
+      text +=
+          fmt::format("Reference: path mode, {} pictures of {} samples per pixel; its own noise is relMSE {}",
+                      r.seeds, r.samples, number(r.relMse));
+    } else {
+      text += fmt::format("Reference: {}; its own noise is relMSE {}", r.file, number(r.relMse));
+    }
+    text += ", which is taken off below.\n\n";
+  }
+  text +=
+      "| mode | setting | wall s | CPU s | rays | shader points | peak MB | relMSE | 99th percentile | mean "
+      "error % |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
+  for (const Point* p : own) {
+    if (p->runs.empty()) continue;
+    text += fmt::format("| {} | {} | {} | {} | {} | {} | {:.0f} | {} | {} | {} |\n", p->mode, p->setting,
+                        withError(p->wall), withError(p->cpu), count(p->rays.mean),
+                        count(p->shaderPoints.mean), p->peakMb.mean, withError(p->relMse),
+                        number(p->percentile99.mean), withError(p->meanError, 100));
+  }
+  text += fmt::format("\n![relMSE over seconds]({})\n\n![pictures and errors]({})\n\n",
+                      plotFile(scene, build), sheetFile(scene, build));
+  text += "The pictures: the reference, then for each mode its settings from left to right, errors below.";
+  for (const std::string& mode : namesOf(points, &Point::mode)) {
+    std::string names;
+    for (const Point* p : own)
+      if (p->mode == mode) names += (names.empty() ? "" : ", ") + p->setting;
+    if (!names.empty()) text += fmt::format(" {}: {}.", mode, names);
+  }
+  text += "\n";
+}
+
+}  // namespace
+
+std::string plotFile(const std::string& scene, const std::string& build) {
+  std::string name = scene + "." + build + ".svg";
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-') c = '_';
+  return name;
+}
+
+std::string sheetFile(const std::string& scene, const std::string& build) {
+  std::string name = plotFile(scene, build);
+  return name.replace(name.size() - 3, 3, "png");
+}
+
+std::string markdownReport(const Results& results, std::span<const double> targets) {
+  const std::vector<Point> points = summarizeRuns(results);
+  std::string text = "# Time against error\n\n";
+  text +=
+      "Wall seconds at equal relMSE = mean((x - r)^2 / (r^2 + 0.01)), by the best settings of each mode: "
+      "interpolated between settings; \"about\": extrapolated beyond the best; \"at most\": the quickest is "
+      "better already.\n\n";
+  addEqualError(text, points, targets);
+  for (const std::string& scene : namesOf(points, &Point::scene))
+    for (const std::string& build : namesOf(points, &Point::build))
+      addScene(text, results, points, scene, build);
+  std::string failures;
+  for (const Run& run : results.runs)
+    if (!run.failure.empty())
+      failures +=
+          fmt::format("* {}/{}/{}, {}: {}\n", run.scene, run.mode, run.setting, run.build, run.failure);
+  if (!failures.empty()) text += "\n## Failed\n\n" + failures;
+  return text;
+}
+
+}  // namespace patina::bench
