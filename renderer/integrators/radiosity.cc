@@ -326,9 +326,14 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
 
   wave.requests.clear();
   for (const uint32_t i : wave.byHit)
-    wave.requests.push_back({wave.points[i], seedOf(i), wave.walks[wave.active[i]].bounces});
+    wave.requests.push_back(
+        world_.settings().unbiased
+            ? RadiosityEngine::Request{wave.points[i], wave.walks[wave.active[i]].seed(kPoint),
+                                       wave.walks[wave.active[i]].bounces, wave.walks[wave.active[i]].sample}
+            : RadiosityEngine::Request{wave.points[i], seedOf(i), wave.walks[wave.active[i]].bounces, 0});
   wave.values.resize(wave.requests.size());
-  engine_.shade(wave.requests, 0, Purpose::Vertex, wave.values);
+  engine_.shade(wave.requests, 0, world_.settings().unbiased ? Purpose::Sample : Purpose::Vertex,
+                wave.values);
   for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];
   for (const auto& [i, key] : wave.groupOf) wave.radiosity[i] = wave.radiosity[wave.met.at(key).second];
 }
@@ -454,6 +459,9 @@ std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cac
   settings.indirect = indirect && !render.classic;
   settings.rays.diffuse0 = std::clamp(render.rays.value_or(128), 1, 1 << 16);
   settings.rays.light0 = std::clamp(render.lightSamples.value_or(16), 1, 1 << 16);
+  settings.rays.samples = world.samplesPerPixel();
+  // Of a truth's own look-ups a quarter is corrected in turn.
+  if (render.unbiased) settings.residual = 0.25f;
   const double bytes = render.cacheMemoryMb ? *render.cacheMemoryMb * 1048576
                                             : world.scene().options.radiosityCacheKb * 1024.0;
   settings.cacheBytes = static_cast<size_t>(std::clamp(bytes, 0.0, 1e13));

@@ -14,22 +14,25 @@ namespace {
 STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/points shaded at hits", hitPoints);
 
-// Random numbers at a point; those of the gather are in radiosity_gather.cc.
-enum Stream : uint64_t { kTimeStream = 5, kLightStream = 16 };
-
 constexpr int kFineShare = 8;
+/// Rays of a truth whose look-ups the cache answers: more of them, corrected less often, cost less for the
+/// same variance than one that is always followed.
+constexpr int kTruthRays = 4;
 
 }  // namespace
 
 int RayBudget::diffuse(int depth, Purpose purpose) const {
-  if (purpose == Purpose::Ray) return 1;
+  if (purpose == Purpose::Truth && depth < RadiosityEngine::kCachedDepths) return kTruthRays;
+  if (isRay(purpose)) return 1;
+  if (purpose == Purpose::Sample) return std::max(1, (diffuse0 + samples / 2) / samples);
   if (depth == 0) return diffuse0;
   const int whole = std::max(depth == 1 ? 4 : 2, diffuse0 >> (depth == 1 ? 3 : depth == 2 ? 4 : 5));
   return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);
 }
 
 int RayBudget::light(int depth, Purpose purpose) const {
-  if (purpose == Purpose::Ray) return 1;
+  if (isRay(purpose)) return 1;
+  if (purpose == Purpose::Sample) return std::max(1, (light0 + samples / 2) / samples);
   if (depth == 0) return light0;
   const int whole = std::max(1, light0 >> (depth == 1 ? 2 : 3));
   return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);
@@ -88,61 +91,6 @@ void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, 
   }
 }
 
-void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Purpose purpose,
-                                Workspace& w) const {
-  const Lights& lights = world_.lights();
-  w.shadowRays.clear(), w.shadowed.clear();
-  for (uint32_t light = 0; light < lights.count(); ++light) {
-    w.which.clear();
-    for (uint32_t i = 0; i < requests.size(); ++i) {
-      const SurfaceTerms& terms = w.shaded.terms[i];
-      if (isBlack(terms.reflectance) && isBlack(terms.transmittance)) continue;
-      const std::vector<uint32_t>& sampled = world_.lightsOf(w.points[i].placement).sampled;
-      if (std::binary_search(sampled.begin(), sampled.end(), light)) w.which.push_back(i);
-    }
-    if (w.which.empty()) continue;
-    // Shadows that are blurred by motion are sampled over time.
-    const bool one = lights.isDelta(light) && !world_.geometry().samplesMotion();
-    const int count = one ? 1 : settings_.rays.light(depth, purpose);
-    w.positions.clear(), w.random.clear();
-    for (const uint32_t i : w.which)
-      for (int k = 0; k < count; ++k) {
-        w.positions.push_back(w.points[i].P);
-        w.random.push_back(sobol2(static_cast<uint32_t>(k), hashOf(requests[i].seed, kLightStream, light)));
-      }
-    w.lightSamples.resize(w.positions.size());
-    lights.sample(light, w.positions, w.random, w.lightSamples);
-    const float weight = 1 / static_cast<float>(count);
-    for (size_t k = 0; k < w.lightSamples.size(); ++k) {
-      const LightSample& s = w.lightSamples[k];
-      if (s.pdf == 0) continue;
-      const uint32_t i = w.which[k / static_cast<size_t>(count)];
-      const ShadingPoint& point = w.points[i];
-      const SurfaceTerms& terms = w.shaded.terms[i];
-      const bool above = s.direction.dot(point.Ng) > 0;
-      if (isBlack(above ? terms.reflectance : terms.transmittance)) continue;
-      const float side = above ? 1.0f : -1.0f;
-      const float cosine = s.delta ? s.direction.dot(point.N) * side
-                                   : foldedCosine(s.direction, point.N * side, point.Ng * side);
-      if (!(cosine > 0)) continue;
-      const uint64_t seed = hashOf(requests[i].seed, kTimeStream, light, k % static_cast<size_t>(count));
-      w.shadowRays.push_back({point.facet(), &s, light, world_.rayTime(point.placement, seed)});
-      w.shadowed.push_back({i, above, cosine * weight / s.pdf, s.radiance});
-    }
-    addShadowed(w);
-  }
-}
-
-void RadiosityEngine::addShadowed(Workspace& w) const {
-  w.visible.resize(w.shadowRays.size());
-  world_.transmittance(w.shadowRays, w.visible);
-  for (size_t k = 0; k < w.shadowed.size(); ++k) {
-    const Workspace::Shadowed& s = w.shadowed[k];
-    (s.above ? w.front : w.back)[s.request] += s.radiance * w.visible[k] * s.weight;
-  }
-  w.shadowRays.clear(), w.shadowed.clear();
-}
-
 RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool front, Level level,
                                                         uint32_t vertex, int depth,
                                                         uint8_t keptBounces) const {
@@ -169,7 +117,7 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
   }
   const int bounces = keptBounces < kMostKept ? keptBounces : std::max(kMostKept, mostBounces_ - depth);
   return {world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level)), seed,
-          bounces};
+          bounces, 0};
 }
 
 void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const {

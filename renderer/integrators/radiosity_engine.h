@@ -9,7 +9,9 @@
 // depth that they are for, so that neither threads, nor what happens to be cached, change a bit of it.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "renderer/base/sampling.h"
@@ -23,13 +25,17 @@ namespace patina {
 enum class Purpose : uint8_t {
   Vertex,      ///< of the camera's micropolygons (depth 0), or of the coarse and medium level of the cache
   FineVertex,  ///< of the cache's fine level: its neighbours are so near that they share the work
-  Ray          ///< a part of a larger estimate: one ray of each kind
+  Ray,         ///< a part of a larger estimate: one ray of each kind
+  Sample,      ///< of the camera, of which a pixel has many
+  Truth        ///< as Ray, but its mean is not to depend on what the cache holds
 };
+constexpr bool isRay(Purpose purpose) { return purpose == Purpose::Ray || purpose == Purpose::Truth; }
 
 /// How many rays a shading point gets by its diffuse depth.
 struct RayBudget {
   int diffuse0 = 128;  ///< gather rays at depth 0
   int light0 = 16;     ///< rays to an area or sky light at depth 0
+  int samples = 1;     ///< of a pixel, among which Purpose::Sample divides them
   int diffuse(int depth, Purpose purpose) const;
   int light(int depth, Purpose purpose) const;
 };
@@ -48,14 +54,16 @@ class RadiosityEngine {
     float irradianceError = 0.1f;     ///< of Ward's estimate; 0: gathered at each vertex
     float irradianceContrast = 0.1f;  ///< that corners may have
     float fineScale = 2;              ///< as levelScale, of the fine level
+    float residual = 0;  ///< chance that a look-up of a sample's or a truth's ray is corrected; 0: none is
     float levelScale = 0.35f;  ///< a level is fine enough when its spacing is at most so many ray footprints
   };
   RadiosityEngine(const World& world, const Settings& settings);
 
   struct Request {
     ShadingPoint point;
-    uint64_t seed;  ///< of random numbers: points of equal seed get equal ones
-    int bounces;    ///< diffuse bounces that may still follow from here: see bouncesAt()
+    uint64_t seed;        ///< of random numbers: points of equal seed get equal ones
+    int bounces;          ///< diffuse bounces that may still follow from here: see bouncesAt()
+    uint32_t sample = 0;  ///< among those of equal seed: their random numbers continue each other
   };
   /// Diffuse bounces that may follow from a point of `placement` where `allowed` are left on the way to it:
   /// an object may allow fewer from there on, never more. PRMan: MIN(parent.max, parent.depth + object.max).
@@ -114,13 +122,18 @@ class RadiosityEngine {
   void shadeNested(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
                    int nesting, std::span<const Vertex> vertices = {}) const;
   void addDirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w) const;
-  void addShadowed(Workspace& w) const;
+  void addDirect(std::span<const Request> requests, size_t first, size_t end, int depth, Purpose purpose,
+                 Workspace& w) const;
+  /// Shadows that are blurred by motion are sampled over time.
+  bool takesOneSample(uint32_t light) const {
+    return world_.lights().isDelta(light) && !world_.geometry().samplesMotion();
+  }
   void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w, int nesting,
                    std::span<const Vertex> vertices) const;
   /// Irradiance of the requests' front from a gather each, to w.front; with the distances of what it met.
   void gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const;
   /// Sends the rays of w.senders.
-  void gather(std::span<const Request> requests, int depth, Workspace& w, int nesting) const;
+  void gather(std::span<const Request> requests, int depth, bool truth, Workspace& w, int nesting) const;
   /// Indirect irradiance, the smooth sky's included, in front of vertices at depth 0: gathered or
   /// interpolated.
   void irradiance(std::span<const Vertex> wanted, std::span<Rgb> out, int nesting) const;
@@ -128,16 +141,18 @@ class RadiosityEngine {
   bool findIrradiance(Waiting& x) const;
   void findSmooth(Workspace& w) const;
   void makeIrradiance(std::span<Fill> fills, std::vector<Waiting>& waiting, int nesting) const;
-  static uint64_t packDistances(float inverse, float nearest);
+  static uint64_t packDistances(float inverse, float nearest, float noise);
   /// Traces the rays of `w` to where they end; what they meet goes to the irradiance of their slots, or to
   /// w.missed and w.direct.
-  void trace(int depth, Workspace& w, int nesting) const;
+  void trace(int depth, bool truth, Workspace& w, int nesting) const;
   /// Radiance at hits at diffuse depth `depth`, from the cache or made and kept; those that the cache has no
   /// place for are not found.
   void lookUp(std::span<Lookup> lookups, int depth, int nesting) const;
   void tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t patch, Level level, int depth,
                  std::vector<Waiting>& waiting) const;
   void make(std::vector<Waiting>& waiting, int depth, int nesting) const;
+  /// Decides by chance whether a sample of the hit's own radiance is to correct a look-up's value.
+  static void correct(Lookup& lookup, float chance, uint64_t seed);
   bool takeFromCache(const Fill& fill, std::vector<Waiting>& waiting, int depth, int nesting) const;
   void makeSome(std::span<Fill> fills, std::vector<Waiting>& waiting, int depth, int nesting) const;
   static bool evaluate(const VertexWeights& around, const uint64_t* codes, Rgb& radiance);
@@ -151,7 +166,7 @@ class RadiosityEngine {
   }
   /// Light that lobes and view-dependent emission send back along each point's I: unbiased walks of one ray,
   /// to the first surface without lobes or the specular depth limit.
-  void followLobes(std::span<Walk> walks, int depth, int nesting) const;
+  void followLobes(std::span<Walk> walks, int depth, bool truth, int nesting) const;
   void lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
                   Workspace& w) const;
   /// How many rays are traced together, about, and how many points that send so many each are shaded.
@@ -161,6 +176,18 @@ class RadiosityEngine {
   const World& world_;
   Settings settings_;
   std::unique_ptr<PatchCache> cache_;
+  /// What samples of the truth say of the cache's values: mean(truth - cache), by depth.
+  struct Residuals {
+    struct Depth {
+      double count = 0, cached = 0, residual = 0, squares = 0;
+    };
+    std::array<Depth, kCachedDepths + 1> depths;
+    std::mutex mutex;
+    template <class Directs>
+    void add(const Directs& directs, std::span<const Rgb> truths, int depth);
+    void report() const;
+  };
+  mutable Residuals residual_;
   int mostBounces_ = 0;        ///< that any object allows
   mutable FillClaims claims_;  ///< by Want::key
 };

@@ -17,19 +17,36 @@ constexpr uint32_t kMostLayers = 256;  // surfaces that a ray passes before it g
 
 }  // namespace
 
+template <class Directs>
+void RadiosityEngine::Residuals::add(const Directs& directs, std::span<const Rgb> truths, int depth) {
+  Depth sum;
+  for (size_t k = 0; k < directs.size(); ++k) {
+    const Rgb& cached = directs[k].cached;
+    if (cached.x < 0) continue;
+    const double c = (cached.x + cached.y + cached.z) / 3, t = (truths[k].x + truths[k].y + truths[k].z) / 3;
+    sum.count += 1, sum.cached += c, sum.residual += t - c, sum.squares += (t - c) * (t - c);
+  }
+  if (sum.count == 0) return;
+  const std::scoped_lock lock(mutex);
+  Depth& all = depths[static_cast<size_t>(std::min(depth, kCachedDepths))];
+  all.count += sum.count, all.cached += sum.cached, all.residual += sum.residual, all.squares += sum.squares;
+}
+
 void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
                                   int nesting, std::span<const Vertex> vertices) const {
   if (world_.settings().classic) return;
   w.senders.clear(), w.irradianceWanted.clear(), w.irradianceSlot.clear();
   // E = integral of L cos over the hemisphere; with density cos/pi a ray's weight is pi / count.
   const int count = settings_.rays.diffuse(depth, purpose);
-  const int spread = purpose == Purpose::Ray ? 4 : settings_.rays.diffuse(depth, Purpose::Vertex);
+  const int spread = isRay(purpose) ? 4 : settings_.rays.diffuse(depth, Purpose::Vertex);
+  const float residual = purpose == Purpose::Sample ? 1 / static_cast<float>(count) : settings_.residual;
+  const bool truth = settings_.residual > 0 && (purpose == Purpose::Sample || purpose == Purpose::Truth);
   for (uint32_t i = 0; i < requests.size(); ++i) {
     const SurfaceTerms& terms = w.shaded.terms[i];
     const int bounces = settings_.indirect ? requests[i].bounces : 0;
     if (bounces <= 0 && !world_.lightsOf(w.points[i].placement).smooth) continue;
     float roulette = 1;
-    if (bounces > 0 && purpose == Purpose::Ray && depth > kRouletteDepth) {
+    if (bounces > 0 && isRay(purpose) && depth > kRouletteDepth) {
       const float survive = std::clamp(
           std::max(maxComponent(terms.reflectance), maxComponent(terms.transmittance)), 0.05f, 0.95f);
       if (toUnit(static_cast<uint32_t>(hashOf(requests[i].seed, kRouletteStream) >> 32)) >= survive) continue;
@@ -38,7 +55,8 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
     for (const bool behind : {false, true}) {
       if (isBlack(behind ? terms.transmittance : terms.reflectance)) continue;
       if (vertices.empty()) {
-        w.senders.push_back({i, behind, 0, count, spread, kPi * roulette / static_cast<float>(count)});
+        w.senders.push_back({i, behind, residual, static_cast<int>(requests[i].sample) * count, count, spread,
+                             kPi * roulette / static_cast<float>(count)});
         continue;
       }
       // What is behind one side is in front of the other.
@@ -48,7 +66,7 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
     }
   }
   if (vertices.empty()) {
-    gather(requests, depth, w, nesting);
+    gather(requests, depth, truth, w, nesting);
     for (const Workspace::Sender& sender : w.senders)
       (sender.behind ? w.back : w.front)[sender.request] += sender.received;
     return;
@@ -67,7 +85,10 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
   w.gathered.assign(requests.size(), {});
   w.measures = true;
   const int nominal = settings_.rays.diffuse(0, Purpose::Vertex);
-  const int least = std::max(nominal / 2, 1), most = 4 * least;
+  // Quarters of few rays say nothing of how good they are.
+  constexpr int kFewRays = 64;
+  const int least = nominal < kFewRays ? nominal : nominal / 2,
+            most = nominal < kFewRays ? nominal : 4 * least;
   // Twice as many rays in each round, for those whose quarters do not agree yet.
   for (int rays = least;; rays = std::min(2 * rays, most)) {
     w.senders.clear();
@@ -82,11 +103,11 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
       const int parts = g.rays == 0 ? 4 : 2, add = rays - g.rays;
       for (int k = 0; k < parts; ++k) {
         const int first = add * k / parts, end = add * (k + 1) / parts;
-        w.senders.push_back({i, false, g.rays + first, end - first, nominal, 1});
+        w.senders.push_back({i, false, 0, g.rays + first, end - first, nominal, 1});
       }
     }
     if (w.senders.empty()) break;
-    gather(requests, 0, w, nesting);
+    gather(requests, 0, false, w, nesting);
     for (size_t k = 0; k < w.senders.size();) {
       const uint32_t i = w.senders[k].request;
       Workspace::Gathered& g = w.gathered[i];
@@ -105,7 +126,9 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
       }
       const float tolerated = settings_.gatherError * maxComponent(sum);
       g.done = rays >= most || variance <= tolerated * tolerated;
-      if (g.done) w.front[i] = sum * (kPi / static_cast<float>(rays));
+      if (!g.done) continue;
+      w.front[i] = sum * (kPi / static_cast<float>(rays));
+      w.distances[i].noise = std::sqrt(variance) * (kPi / static_cast<float>(rays));
     }
   }
   w.measures = false;
@@ -113,7 +136,8 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
     w.distances[i].inverse /= static_cast<float>(std::max(w.gathered[i].rays, 1));
 }
 
-void RadiosityEngine::gather(std::span<const Request> requests, int depth, Workspace& w, int nesting) const {
+void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool truth, Workspace& w,
+                             int nesting) const {
   const Lights& lights = world_.lights();
   w.missed.clear(), w.direct.clear(), w.rays.clear(), w.gather.clear();
   const size_t batch = raysAtOnce();
@@ -129,7 +153,7 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, Works
     gatherRays += sender.count;
     const V3f up = behind ? -point.Ng : point.Ng, origin = leave(point.facet(), up);
     GatherRay ray;
-    ray.weight = sender.weight;
+    ray.weight = sender.weight, ray.residual = sender.residual;
     ray.slot = slot;
     ray.bounces = settings_.indirect ? requests[i].bounces : 0;
     for (int k = sender.first; k < sender.first + sender.count; ++k) {
@@ -141,10 +165,10 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, Works
       w.rays.push_back(
           {origin, direction, 0, kInfinity, kDiffuseRay, world_.rayTime(point.placement, ray.seed)});
       w.gather.push_back(ray);
-      if (w.rays.size() >= batch) trace(depth, w, nesting);
+      if (w.rays.size() >= batch) trace(depth, truth, w, nesting);
     }
   }
-  trace(depth, w, nesting);
+  trace(depth, truth, w, nesting);
   // However rays were put into batches, what they found is added in the order of rays.
   const auto byNumber = [](const auto& a, const auto& b) { return a.number < b.number; };
   const auto irradiance = [&](uint32_t slot) -> Rgb& { return w.senders[slot].received; };
@@ -170,12 +194,14 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, Works
   w.directRequests.clear();
   for (const Workspace::Direct& d : w.direct) w.directRequests.push_back(d.request);
   w.directRadiance.resize(w.direct.size());
-  shadeNested(w.directRequests, depth + 1, Purpose::Ray, w.directRadiance, nesting + 1);
+  shadeNested(w.directRequests, depth + 1, truth ? Purpose::Truth : Purpose::Ray, w.directRadiance,
+              nesting + 1);
   for (size_t k = 0; k < w.direct.size(); ++k)
     irradiance(w.direct[k].slot) += w.directRadiance[k] * w.direct[k].weight;
+  if (truth) residual_.add(w.direct, w.directRadiance, depth + 1);
 }
 
-void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
+void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) const {
   if (w.rays.empty()) return;
   const uint32_t first = w.gather[0].number;
   w.found.assign(w.rays.size(), Rgb(0, 0, 0)), w.slot.clear();
@@ -206,12 +232,7 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
       ray.travelled += hit.t;
       const ShaderInstance& shader = shading.shaderOf(hit.placement);
       if (ray.bounces > 0 && shader.active(PATINA_ENTRY_RADIOSITY))
-        w.lookups.push_back({&hit,
-                             bouncesAt(hit.placement, ray.bounces - 1),
-                             ray.spread * ray.travelled,
-                             k,
-                             false,
-                             {0, 0, 0}});
+        w.lookups.push_back({&hit, bouncesAt(hit.placement, ray.bounces - 1), ray.spread * ray.travelled, k});
       if (ray.bounces > 0 && shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
       if (!opaque) w.passing.push_back(k);
     }
@@ -221,12 +242,12 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
       w.pointOf[k] = static_cast<uint32_t>(w.withPoints.size());
       w.withPoints.push_back(k);
     };
-    for (const Lookup& lookup : w.lookups) {
+    for (Lookup& lookup : w.lookups) {
       const GatherRay& ray = w.gather[lookup.user];
+      if (truth) correct(lookup, ray.residual, ray.seed);
       if (lookup.found)
-        w.found[ray.number - first] += lookup.radiance * (ray.share * ray.weight);
-      else
-        needPoint(lookup.user);
+        w.found[ray.number - first] += lookup.radiance * (ray.share * (ray.weight * (1 - lookup.truth)));
+      if (lookup.truth > 0) needPoint(lookup.user);
     }
     std::for_each(lobes.begin(), lobes.end(), needPoint);
     std::for_each(w.passing.begin(), w.passing.end(), needPoint);
@@ -238,10 +259,13 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
         w.hitPoints);
     const auto pointAt = [&](uint32_t k) -> const ShadingPoint& { return w.hitPoints[w.pointOf[k]]; };
     for (const Lookup& lookup : w.lookups) {
-      if (lookup.found) continue;
+      if (lookup.truth == 0) continue;
       const GatherRay& ray = w.gather[lookup.user];
-      w.direct.push_back(
-          {ray.number, ray.slot, ray.share * ray.weight, {pointAt(lookup.user), ray.seed, lookup.bounces}});
+      w.direct.push_back({ray.number,
+                          ray.slot,
+                          ray.share * (ray.weight * lookup.truth),
+                          {pointAt(lookup.user), ray.seed, lookup.bounces},
+                          lookup.found ? lookup.radiance : Rgb(-1, -1, -1)});
     }
     if (!lobes.empty()) {
       w.walks.clear();
@@ -251,7 +275,7 @@ void RadiosityEngine::trace(int depth, Workspace& w, int nesting) const {
         walk.footprint = walk.point.footprint, walk.user = k;
         walk.bounces = bouncesAt(walk.point.placement, w.gather[k].bounces - 1);
       }
-      followLobes(w.walks, depth + 1, nesting);
+      followLobes(w.walks, depth + 1, truth, nesting);
       for (const Walk& walk : w.walks) {
         const GatherRay& ray = w.gather[walk.user];
         w.found[ray.number - first] += walk.radiance * (ray.share * ray.weight);

@@ -22,10 +22,16 @@ STAT_COUNTER("Irradiance cache/vertices gathered", gatheredVertices);
 /// Irradiance on a convex surface falls with the angle from the middle, which costs its square.
 constexpr float kNormalWeight = 3;
 
+/// Corners that differ by noise only, so many standard errors, do not make a node be cut: who met something
+/// bright by chance would else keep it to itself, and the others would spread what they missed.
+constexpr float kNoise = 3;
+
 }  // namespace
 
-uint64_t RadiosityEngine::packDistances(float inverse, float nearest) {
-  return uint64_t{floatBits(inverse)} << 32 | floatBits(nearest);
+/// 21 bits each: 8 of the exponent and 13 of the mantissa of what is not negative, rounded down.
+uint64_t RadiosityEngine::packDistances(float inverse, float nearest, float noise) {
+  const auto part = [](float f) { return uint64_t{floatBits(f) >> 10}; };
+  return part(inverse) << 42 | part(nearest) << 21 | part(noise);
 }
 
 void RadiosityEngine::irradiance(std::span<const Vertex> wanted, std::span<Rgb> out, int nesting) const {
@@ -156,8 +162,9 @@ void RadiosityEngine::makeIrradiance(std::span<Fill> fills, std::vector<Waiting>
   gatherFront(w.fillRequests, inner, nesting + 1);
   std::array<uint64_t, kMaxBlockVertices> light, distances;
   for (size_t k = 0; k < fills.size(); ++k) {
-    const uint64_t codes[2] = {PackedRgb::pack(inner.front[k]),
-                               packDistances(inner.distances[k].inverse, inner.distances[k].nearest)};
+    const uint64_t codes[2] = {
+        PackedRgb::pack(inner.front[k]),
+        packDistances(inner.distances[k].inverse, inner.distances[k].nearest, inner.distances[k].noise)};
     for (uint32_t i = fills[k].firstWant; i < fills[k].endWant; ++i)
       std::copy_n(codes, 2, waiting[w.wants[i].waiting].codes.begin());
     // Vertices of one block follow each other.
@@ -212,7 +219,7 @@ void RadiosityEngine::findSmooth(Workspace& w) const {
       const Rgb off = corner.irradiance - mean;
       const float contrast = std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)});
       smooth = error <= settings_.irradianceError && r <= corner.nearest &&
-               contrast <= settings_.irradianceContrast * maxComponent(mean);
+               contrast <= settings_.irradianceContrast * maxComponent(mean) + kNoise * corner.noise;
     }
     w.smooth[k] = smooth;
     if (!smooth) continue;

@@ -37,8 +37,8 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
     uint32_t index = patches.find(hit.placement, hit.face, hit.u, hit.v);
     // The coarsest level whose vertices lie as close as the ray is wide, and closer than the ray is long.
     const float widest = std::min(lookups[k].footprint * settings_.levelScale, hit.t);
-    // Where there is none the finest may still do; but displaced surfaces push through themselves, and what is
-    // hidden between two vertices nobody has looked for there.
+    // Where there is none the finest may still do; but displaced surfaces push through themselves, and what
+    // is hidden between two vertices nobody has looked for there.
     const float wide =
         isDisplaced(hit.placement) ? widest : std::min(lookups[k].footprint * settings_.fineScale, hit.t);
     // Groups of faces have one value each: their levels are the groups that they are in.
@@ -66,6 +66,14 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
     }
     w.waiting.swap(w.again);
   }
+  for (Lookup& lookup : lookups) lookup.truth = lookup.found ? 0 : 1;
+}
+
+void RadiosityEngine::correct(Lookup& lookup, float chance, uint64_t seed) {
+  if (!lookup.found || chance <= 0) return;
+  constexpr uint64_t kResidualStream = 0x7265;
+  if (toUnit(static_cast<uint32_t>(hashOf(seed, kResidualStream) >> 32)) >= chance) return;
+  lookup.truth = 1 / chance;
 }
 
 /// From `level` on: finds the value, or finds that it must be made, or, where something stands in the cells

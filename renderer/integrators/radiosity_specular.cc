@@ -23,7 +23,7 @@ enum Stream : uint64_t {
 
 }  // namespace
 
-void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, int nesting) const {
+void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, int nesting) const {
   Workspace& w = workspace(nesting);
   const SurfaceShading& shading = world_.shading();
   const Lights& lights = world_.lights();
@@ -99,27 +99,26 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, int nesting)
         walk.radiance += walk.throughput * lights.emitted(light, next, -w.walkRays[j].direction, uv) * weight;
       }
       if (shading.shaderOf(hit.placement).active(PATINA_ENTRY_RADIOSITY))
-        w.lookups.push_back(
-            {&hit, bouncesAt(hit.placement, walk.bounces), walk.footprint, i, false, {0, 0, 0}});
+        w.lookups.push_back({&hit, bouncesAt(hit.placement, walk.bounces), walk.footprint, i});
     }
     lookUp(w.lookups, depth, nesting);
     w.walkRequests.clear();
-    for (const Lookup& lookup : w.lookups) {
+    for (Lookup& lookup : w.lookups) {
       Walk& walk = walks[w.walkOf[w.picked[lookup.user]]];
-      if (lookup.found)
-        walk.radiance += walk.throughput * lookup.radiance;
-      else
+      if (truth) correct(lookup, settings_.residual, hashOf(walk.seed, kNextStream, bounce));
+      if (lookup.found) walk.radiance += walk.throughput * lookup.radiance * (1 - lookup.truth);
+      if (lookup.truth > 0)
         w.walkRequests.push_back(
             {w.walkPoints[lookup.user], hashOf(walk.seed, kNextStream, bounce), lookup.bounces});
     }
     if (!w.walkRequests.empty()) {
       w.walkRadiance.resize(w.walkRequests.size());
-      shadeNested(w.walkRequests, depth, Purpose::Ray, w.walkRadiance, nesting + 1);
+      shadeNested(w.walkRequests, depth, truth ? Purpose::Truth : Purpose::Ray, w.walkRadiance, nesting + 1);
       size_t request = 0;
       for (const Lookup& lookup : w.lookups) {
-        if (lookup.found) continue;
+        if (lookup.truth == 0) continue;
         Walk& walk = walks[w.walkOf[w.picked[lookup.user]]];
-        walk.radiance += walk.throughput * w.walkRadiance[request++];
+        walk.radiance += walk.throughput * w.walkRadiance[request++] * lookup.truth;
       }
     }
     active.clear();
@@ -184,6 +183,20 @@ CacheStatistics& cacheStatistics(Level level, int depth) {
   return *all[static_cast<size_t>(level) * (RadiosityEngine::kCachedDepths + 2) + static_cast<size_t>(depth)];
 }
 
+void RadiosityEngine::Residuals::report() const {
+  for (int d = 0; d <= kCachedDepths; ++d) {
+    const Depth& all = depths[static_cast<size_t>(d)];
+    if (all.count < 2 || all.cached <= 0) continue;
+    const double mean = all.residual / all.count, variance = all.squares / all.count - mean * mean;
+    const double scale = all.count / all.cached;
+    const std::string path = fmt::format("Radiosity cache/residual at depth {}/", d);
+    setStatistic(path + "look-ups corrected", all.count);
+    setStatistic(path + "mean, relative", mean * scale);
+    setStatistic(path + "mean's standard error, relative", std::sqrt(variance / all.count) * scale);
+    setStatistic(path + "standard deviation, relative", std::sqrt(variance) * scale);
+  }
+}
+
 void RadiosityEngine::report() const {
   if (!cache_) return;
   for (int k = 0; k < kLevels; ++k) {
@@ -202,6 +215,7 @@ void RadiosityEngine::report() const {
     }
   }
   setStatistic("Radiosity cache/bytes reserved", static_cast<double>(cache_->capacity()));
+  residual_.report();
 }
 
 }  // namespace patina

@@ -21,7 +21,8 @@ struct RadiosityEngine::GatherRay {
   uint32_t slot;        ///< the sender
   uint32_t number;      ///< among all rays of the gather
   uint64_t seed;
-  int bounces;  ///< that may follow, its own included; 0: surfaces do not count, only the sky behind them
+  float residual;  ///< chance that what it looks up is corrected
+  int bounces;     ///< that may follow, its own included; 0: surfaces do not count, only the sky behind them
 };
 
 /// A hit whose radiance the cache may know.
@@ -30,8 +31,9 @@ struct RadiosityEngine::Lookup {
   int bounces;      ///< that may follow at the hit
   float footprint;  ///< of the ray, at the hit
   uint32_t user;    ///< whatever the caller likes
-  bool found;
-  Rgb radiance;
+  bool found = false;
+  Rgb radiance{0, 0, 0};
+  float truth = 1;  ///< what a sample of the hit's own radiance counts beside `radiance`
 };
 
 /// A look-up that waits for values to be made.
@@ -87,12 +89,23 @@ struct RadiosityEngine::Workspace {
   std::vector<V3f> positions;
   std::vector<V2f> random;
   std::vector<LightSample> lightSamples;
-  struct Shadowed {
-    uint32_t request;
-    bool above;
-    float weight;
-    Rgb radiance;
+  struct LightOf {
+    uint32_t light, request;
+    uint16_t count;  // samples
+    float share;     // of the light's in the sum: what makes up for its chance to be picked
   };
+  std::vector<LightOf> lightOf;
+  uint32_t again1 = 0;
+  struct Shadowed {
+    uint32_t request, sample, light, number;
+    bool above;
+    float weight, promise;
+  };
+  struct Promised {
+    float all = 0, reached = 0, offset = 0;
+    int count = 0;
+  };
+  std::vector<Promised> promised;  // by request
   std::vector<World::ShadowRay> shadowRays;
   std::vector<Shadowed> shadowed;
   std::vector<Rgb> visible;
@@ -119,6 +132,7 @@ struct RadiosityEngine::Workspace {
     uint32_t number, slot;
     Rgb weight;
     Request request;
+    Rgb cached;  ///< what the cache says; negative: nothing
   };
   std::vector<Direct> direct;
   std::vector<Request> directRequests;
@@ -127,6 +141,7 @@ struct RadiosityEngine::Workspace {
   struct Sender {
     uint32_t request;
     bool behind;
+    float residual;            ///< chance that a look-up is corrected
     int first, count, spread;  ///< of the point's sequence; what the rays' width follows from
     float weight;              ///< of a ray
     Rgb received{0, 0, 0};
@@ -135,6 +150,7 @@ struct RadiosityEngine::Workspace {
   bool measures = false;  // distances, of the first surface met
   struct Distances {
     float inverse = 0, nearest = kInfinity;  // sum of 1/t
+    float noise = 0;                         // standard error of the irradiance
   };
   std::vector<Distances> distances;  // by request
   struct Gathered {
@@ -148,11 +164,14 @@ struct RadiosityEngine::Workspace {
     Vertex vertex;
     Rgb irradiance{0, 0, 0};
     float inverse = 0, nearest = 0;  // mean of 1/distance; distance
+    float noise = 0;                 // standard error of the irradiance
     V3f P{0, 0, 0}, N{0, 0, 1};
     void set(const std::array<uint64_t, 4>& codes) {
       irradiance = PackedRgb::unpack(codes[0]);
-      inverse = std::bit_cast<float>(static_cast<uint32_t>(codes[1] >> 32));
-      nearest = std::bit_cast<float>(static_cast<uint32_t>(codes[1]));
+      const auto part = [&](int k) {
+        return std::bit_cast<float>(static_cast<uint32_t>(codes[1] >> (21 * k) & 0x1fffff) << 10);
+      };
+      inverse = part(2), nearest = part(1), noise = part(0);
     }
   };
   std::vector<Corner> corners;

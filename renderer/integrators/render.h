@@ -23,6 +23,7 @@ struct RenderSettings {
   /// Which of 2^31 independent pictures of the same scene, in every mode: all random numbers depend on it.
   std::optional<int> seed;
   bool classic = false;      ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
+  bool unbiased = false;     ///< --unbiased: samples of the truth correct the cache, at every camera sample
   bool shadeAtHits = false;  ///< --shading hit: no decoupling of shading from visibility
   std::string shaderPath, texturePath;  ///< searched before the RIB's, RI path syntax
   bool allowShaderPaths = false;

@@ -200,7 +200,7 @@ void World::addLightLists(const GeometryPart& part) {
           list.area.push_back(light), list.sampled.push_back(light);
           break;
         case PATINA_LIGHT_DELTA:
-          list.sampled.push_back(light);
+          list.sampled.push_back(light), ++list.deltas;
           break;
         case PATINA_LIGHT_INFINITE:
           list.infinite.push_back(light);

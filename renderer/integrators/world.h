@@ -24,6 +24,7 @@ struct LightList {
   std::vector<uint32_t>
       sampled;  ///< area, delta and infinite lights that are sampled for next-event estimation
   std::vector<float> cumulative;  ///< chance of picking sampled[k], summed up
+  int deltas = 0;                 ///< of `sampled`: found by no ray
   std::vector<uint32_t> ambient;
   std::vector<uint32_t> infinite;  ///< found by rays that leave the scene, smooth or not
   std::vector<uint32_t> area;      ///< found by rays that meet their geometry

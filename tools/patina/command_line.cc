@@ -68,6 +68,8 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   app.add_option("--shading", shading,
                  "Camera shading: at micropolygon vertices (vertex), or at every hit (hit)")
       ->check(CLI::IsMember({"hit", "vertex"}));
+  app.add_flag("--unbiased", render.unbiased,
+               "Radiosity: correct the cache by samples of the truth, at every camera sample");
   app.add_flag("--classic", render.classic, "RI 3.2 alone: direct light, shadows only where a shader asks");
   app.add_option("--shader-path", render.shaderPath, "Folders of shaders, before the RIB's");
   app.add_option("--texture-path", render.texturePath, "Folders of textures, before the RIB's");
@@ -121,7 +123,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
     if (crop[0] > crop[1] || crop[2] > crop[3]) return usage("--crop: expected x0 <= x1 and y0 <= y1");
     line.crop = crop;
   }
-  render.shadeAtHits = shading == "hit";
+  render.shadeAtHits = shading == "hit" || render.unbiased;
   if (line.files.empty()) {
     if (isatty(STDIN_FILENO)) return usage("no RIB file is named");
     line.files.emplace_back("-");
