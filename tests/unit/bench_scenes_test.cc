@@ -88,6 +88,9 @@ TEST_F(BenchScene, HasADescriptionOrIsARib) {
   EXPECT_EQ(scene.rib, std::filesystem::canonical(folder_ / "scene.rib"));
   EXPECT_THAT(scene.args, ElementsAre("--res", "8x8"));
   EXPECT_EQ(loadScene(folder_ / "scene.rib", folder_).name, "scene");
+  const Scene given = describe(R"({"rib": "scene.rib", "reference": {"file": "a.exr", "relmse": 1e-6}})");
+  EXPECT_EQ(given.reference, std::filesystem::canonical(folder_) / "a.exr");
+  EXPECT_EQ(given.referenceRelMse, 1e-6);
 }
 
 TEST_F(BenchScene, HashKnowsRibFilesAndArguments) {
@@ -120,6 +123,11 @@ TEST_F(BenchScene, SaysWhatIsWrong) {
   EXPECT_THAT(problemOf([&] { describe(R"({"rib": "scene.rib", "argz": []})"); }),
               HasSubstr("unknown key argz"));
   EXPECT_THAT(problemOf([&] { describe(R"({"rib": 3})"); }), HasSubstr("rib: expected a text"));
+  for (const char* reference :
+       {"3", "{}", R"({"file": "a.exr", "relmse": "b"})", R"({"file": "a.exr", "noise": 1})"}) {
+    const std::string json = std::string(R"({"rib": "scene.rib", "reference": )") + reference + "}";
+    EXPECT_THAT(problemOf([&] { describe(json); }), HasSubstr("reference: expected {\"file\": text"));
+  }
   EXPECT_THAT(problemOf([&] { describe(R"({"rib": "lost.rib"})"); }), HasSubstr("lost.rib cannot be read"));
   EXPECT_THAT(problemOf([&] { loadScene(folder_ / "nowhere", folder_); }), HasSubstr("does not exist"));
 }

@@ -84,9 +84,9 @@ std::vector<Setting> defaultSettings() {
       {"radiosity", "default", {}},
       {"radiosity", "high", {"--samples", "16", "--rays", "512", "--light-samples", "32"}},
       {"radiosity", "best", {"--samples", "64", "--rays", "2048", "--light-samples", "64"}},
-      {"distribution", "quick", {"--samples", "4", "--rays", "16", "--light-samples", "4"}},
-      {"distribution", "medium", {"--samples", "8", "--rays", "64", "--light-samples", "8"}},
-      {"distribution", "default", {}}};
+      {"distribution", "4", {"--samples", "4", "--rays", "4", "--light-samples", "1"}},
+      {"distribution", "16", {"--samples", "4", "--rays", "16", "--light-samples", "4"}},
+      {"distribution", "64", {"--samples", "8", "--rays", "64", "--light-samples", "8"}}};
   for (int samples = 4; samples <= 1024; samples *= 4) {
     const std::string text = std::to_string(samples);
     all.push_back({"path", text, {"--samples", text}});
@@ -144,10 +144,13 @@ Scene loadScene(const fs::path& path, const fs::path& work) {
     } else if (key == "settings") {
       scene.settings = parseSettings(value, where + ": settings");
     } else if (key == "reference") {
-      if (!value.is_object() || !value.contains("file") || !value["file"].is_string())
+      const bool known = value.is_object() && value.contains("file") && value["file"].is_string() &&
+                         (!value.contains("relmse") || value["relmse"].is_number()) &&
+                         value.size() == 1 + value.count("relmse");
+      if (!known)
         throw std::runtime_error(where + ": reference: expected {\"file\": text, \"relmse\": number}");
       scene.reference = fs::weakly_canonical(folder / value["file"].get<std::string>());
-      if (value.contains("relmse") && value["relmse"].is_number()) scene.referenceRelMse = value["relmse"];
+      scene.referenceRelMse = value.value("relmse", 0.0);
     } else {
       throw std::runtime_error(fmt::format(
           "{}: unknown key {}: expected rib, make, args, settings, reference or why", where, key));

@@ -11,6 +11,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from ribwriter import Rib, fractal, smooth_noise, target_folder, texture  # noqa: E402
 
 W, H, D = 4.0, 3.8, 10.0  # half the width, height and depth of the hall
+LAMP = 0.35  # from the wall
 PLASTER = "Color [.78 .76 .72]"
 # Place of each sculpture: x, z, height of its pedestal.
 PEDESTALS = ((-2.2, 3.4, 0.95), (2.1, 3.6, 0.8), (-1.1, 5.6, 0.7), (1.7, 6.2, 1.0), (-2.4, 7.6, 0.85))
@@ -92,9 +93,9 @@ def lights(r):
         r.light("spotlight", '"float intensity" [7] "color lightcolor" [1 .92 .8] '
                 f'"point from" [{source[0]} {source[1]} {source[2]}] "point to" [{at[0]} {at[1]} {at[2]}] '
                 '"float coneangle" [.5] "float conedeltaangle" [.25] "float beamdistribution" [3]')
-    for x in (-W + 0.25, W - 0.25):
+    for x in (-W + LAMP, W - LAMP):
         for z in (1.6, 5.0, 8.4):
-            r.light("pointlight", f'"float intensity" [.35] "color lightcolor" [1 .7 .42] "point from" [{x} 2.75 {z}]')
+            r.light("pointlight", f'"float intensity" [.4] "color lightcolor" [1 .7 .42] "point from" [{x} 2.75 {z}]')
 
 
 def hall(r):
@@ -115,10 +116,10 @@ def hall(r):
         for x in (-W, W - 0.03):
             r.box(x, x + 0.03, 0, 0.16, 0, D)
         r.box(-W, W, 0, 0.16, D - 0.03, D)
-    for x in (-W + 0.25, W - 0.25):  # shades of the lamps, open above and below
+    for x in (-W + LAMP, W - LAMP):  # shades of the lamps, open above and below
         for z in (1.6, 5.0, 8.4):
-            with r.block("Color [.35 .3 .2]", f"Translate {x} 2.75 {z}", "Rotate -90 1 0 0"):
-                r("Cylinder 0.11 -0.12 0.12 360", f"Rotate 90 0 {'-' if x < 0 else ''}1 0", "Cylinder 0.012 0.11 0.25 360")
+            with r.block("Color [.2 .17 .12]", f"Translate {x} 2.75 {z}", "Rotate -90 1 0 0"):
+                r("Cylinder 0.2 -0.12 0.12 360", f"Rotate 90 0 {'-' if x < 0 else ''}1 0", f"Cylinder 0.012 0.2 {LAMP} 360")
     for (x, z, h) in PEDESTALS:  # the lamps of the spots
         with r.block("Color [.1 .1 .1]", f"Translate {x * .45:.3f} {H - .22} {z - 1.1:.3f}", "Rotate -90 1 0 0"):
             r("Cylinder 0.05 0.02 0.22 360")
@@ -194,7 +195,7 @@ def main():
     r = Rib()
     r("##Scene gallery_lights")
     r.camera("gallery_lights", (256, 192), 58, (0.7, 1.65, 0.3), (-0.25, 1.32, 6))
-    r('Attribute "trace" "int maxdiffusedepth" [4] "int maxspeculardepth" [2]',
+    r('Attribute "trace" "int maxdiffusedepth" [3] "int maxspeculardepth" [2]',
       'Surface "matte" "float Ka" [0] "float Kd" [1]')
     lights(r)
     hall(r)
