@@ -28,6 +28,11 @@ constexpr uint64_t kKeyMask = ~(kVersionMask | kLocked | kUsed);
 constexpr std::array<uint32_t, 2> kWords{4, kMaxBlockVertices};
 constexpr std::array<double, 2> kShare{0.25, 0.75};  // of the budget
 
+template <class Word>
+constexpr size_t bytesOfSlot(uint32_t words) {
+  return sizeof(uint64_t) + words * sizeof(Word);
+}
+
 bool isFine(uint64_t tag) { return (tag >> kBlockShift & 31) != 0; }
 
 /// Of a key's 16 slots, so many are kept for fine blocks when space is short; beyond, they give way to medium
@@ -37,18 +42,20 @@ constexpr uint32_t kFineFloor = 4;
 
 }  // namespace
 
-uint64_t PatchCache::keyBits(const CacheKey& key, Level level) {
+template <class Word>
+uint64_t PatchCacheOf<Word>::keyBits(const CacheKey& key, Level level) {
   return uint64_t{key.patch} << kPatchShift | uint64_t{key.front} << kFrontShift |
          uint64_t{key.depth & 15u} << kDepthShift |
          (level == Level::Fine ? (key.block & 15u) + uint64_t{1} : 0) << kBlockShift |
          uint64_t{key.bounces & 15u} << kBouncesShift | kValid;
 }
 
-PatchCache::PatchCache(size_t bytes) {
+template <class Word>
+PatchCacheOf<Word>::PatchCacheOf(size_t bytes) {
   for (size_t which = 0; which < tables_.size(); ++which) {
     Table& table = tables_[which];
     table.words = kWords[which];
-    const size_t perSet = kWays * (table.words + 1) * sizeof(uint64_t);
+    const size_t perSet = kWays * bytesOfSlot<Word>(table.words);
     table.sets = static_cast<size_t>(static_cast<double>(bytes) * kShare[which]) / perSet;
     if (table.sets == 0) continue;
     table.bytes = table.sets * perSet;
@@ -60,25 +67,29 @@ PatchCache::PatchCache(size_t bytes) {
     }
     // Zeroed pages are valid atomics of value zero: empty slots.
     table.tags = static_cast<std::atomic<uint64_t>*>(table.memory);
-    table.data = table.tags + table.sets * kWays;
+    // Codes may be smaller than tags, which come first.
+    table.data = static_cast<std::atomic<Word>*>(static_cast<void*>(table.tags + table.sets * kWays));
     capacity_ += table.bytes;
   }
 }
 
-PatchCache::~PatchCache() {
+template <class Word>
+PatchCacheOf<Word>::~PatchCacheOf() {
   for (Table& table : tables_)
     if (table.memory) munmap(table.memory, table.bytes);
 }
 
 /// Where a key may be: the ways of two sets.
-PatchCache::Places PatchCache::placesOf(const Table& table, uint64_t keyBits) {
+template <class Word>
+typename PatchCacheOf<Word>::Places PatchCacheOf<Word>::placesOf(const Table& table, uint64_t keyBits) {
   const uint64_t hash = mixBits(keyBits);
   const auto slotOf = [&](uint64_t h) { return static_cast<uint64_t>((Wide{h} * table.sets) >> 64) * kWays; };
   return {{slotOf(hash), slotOf(std::rotl(hash, 32))}, static_cast<uint32_t>(hash)};
 }
 
-bool PatchCache::find(const CacheKey& key, Level level, std::span<const uint32_t> which,
-                      uint64_t* codes) const {
+template <class Word>
+bool PatchCacheOf<Word>::find(const CacheKey& key, Level level, std::span<const uint32_t> which,
+                              Word* codes) const {
   const Table& table = this->table(level);
   if (table.sets == 0) return false;
   const uint64_t wanted = keyBits(key, level);
@@ -87,7 +98,7 @@ bool PatchCache::find(const CacheKey& key, Level level, std::span<const uint32_t
     const uint64_t slot = places.slot(way);
     const uint64_t tag = table.tags[slot].load(std::memory_order_acquire);
     if ((tag & kKeyMask) != wanted) continue;
-    const std::atomic<uint64_t>* data = table.data + slot * table.words;
+    const std::atomic<Word>* data = table.data + slot * table.words;
     for (size_t k = 0; k < which.size(); ++k) codes[k] = data[which[k]].load(std::memory_order_acquire);
     const uint64_t after = table.tags[slot].load(std::memory_order_relaxed);
     if ((after & ~(kUsed | kLocked)) != (tag & ~(kUsed | kLocked))) return false;
@@ -100,21 +111,23 @@ bool PatchCache::find(const CacheKey& key, Level level, std::span<const uint32_t
   return false;
 }
 
-void PatchCache::store(const CacheKey& key, Level level, std::span<const uint64_t> codes) {
+template <class Word>
+void PatchCacheOf<Word>::store(const CacheKey& key, Level level, std::span<const Word> codes) {
   const Table& table = this->table(level);
   if (table.sets == 0) return;
   while (!tryStore(table, key, level, codes)) std::this_thread::yield();
 }
 
 /// False: another thread was faster, or is at it.
-bool PatchCache::tryStore(const Table& table, const CacheKey& key, Level level,
-                          std::span<const uint64_t> codes) {
+template <class Word>
+bool PatchCacheOf<Word>::tryStore(const Table& table, const CacheKey& key, Level level,
+                                  std::span<const Word> codes) {
   const uint64_t wanted = keyBits(key, level);
   const Places places = placesOf(table, wanted);
   const auto write = [&](uint64_t slot, bool all) {
-    std::atomic<uint64_t>* const data = table.data + slot * table.words;
+    std::atomic<Word>* const data = table.data + slot * table.words;
     for (size_t k = 0; k < codes.size(); ++k)
-      if (all || codes[k] != PackedRgb::kMissing) data[k].store(codes[k], std::memory_order_release);
+      if (all || codes[k] != kMissing) data[k].store(codes[k], std::memory_order_release);
   };
   // The entry itself, an empty slot, or the first slot that was not used since the hand last passed (CLOCK).
   constexpr uint64_t kNoSlot = ~uint64_t{0};
@@ -167,13 +180,20 @@ bool PatchCache::tryStore(const Table& table, const CacheKey& key, Level level,
   return true;
 }
 
-size_t PatchCache::bytesPerSlot(Level level) const { return (table(level).words + 1) * sizeof(uint64_t); }
+template <class Word>
+size_t PatchCacheOf<Word>::bytesPerSlot(Level level) const {
+  return bytesOfSlot<Word>(table(level).words);
+}
 
-PatchCache::Use PatchCache::use(Level level, int depth) const {
+template <class Word>
+typename PatchCacheOf<Word>::Use PatchCacheOf<Word>::use(Level level, int depth) const {
   const Counts& counts = counts_[static_cast<size_t>(level)];
   const auto d = static_cast<size_t>(depth);
   const size_t entries = counts.entries[d].load();
   return {entries, counts.evictions[d].load(), entries * bytesPerSlot(level)};
 }
+
+template class PatchCacheOf<uint64_t>;
+template class PatchCacheOf<uint32_t>;
 
 }  // namespace patina

@@ -12,6 +12,9 @@
 // Hits take no lock: a reader copies the words that it wants and then checks that the tag is still the one it
 // found; who takes a slot for another key makes the tag invalid first. A value depends on its key alone, so
 // it does not matter who writes it, how often it is evicted, or that two threads may compute it at once.
+//
+// What a value is, is the user's affair: a code of one word, 64 bits for radiosity (packed_rgb.h), 32 bits
+// for opacity (packed_opacity.h). The code of all ones means that there is none.
 #pragma once
 
 #include <array>
@@ -33,24 +36,27 @@ struct CacheKey {
   uint8_t bounces = 0;  ///< of light that may still follow; at most 15
 };
 
-class PatchCache {
+/// `Word`: uint64_t or uint32_t.
+template <class Word>
+class PatchCacheOf {
  public:
   static constexpr int kDepths = 16;
+  static constexpr Word kMissing = static_cast<Word>(~Word{0});  ///< not the code of any value
 
-  /// `bytes` for all three tables together. [main]
-  explicit PatchCache(size_t bytes);
-  ~PatchCache();
-  PatchCache(const PatchCache&) = delete;
-  PatchCache& operator=(const PatchCache&) = delete;
+  /// `bytes` for all tables together: nothing is kept when they hold no set. Throws std::bad_alloc.
+  explicit PatchCacheOf(size_t bytes);
+  ~PatchCacheOf();
+  PatchCacheOf(const PatchCacheOf&) = delete;
+  PatchCacheOf& operator=(const PatchCacheOf&) = delete;
 
   /// Copies the codes of vertices `which` of a block. False: the block is not there. Missing vertices of
-  /// blocks that were stored in part read PackedRgb::kMissing. [any thread]
-  bool find(const CacheKey& key, Level level, std::span<const uint32_t> which, uint64_t* codes) const;
+  /// blocks that were stored in part read kMissing. [any thread]
+  bool find(const CacheKey& key, Level level, std::span<const uint32_t> which, Word* codes) const;
 
   /// Stores a block, in the place of one that has not been used for a while. `codes` holds all vertices of
   /// the block, in order; kMissing leaves what is there. Waits while another thread writes the same block;
   /// does nothing when all slots that it might take are being written. [any thread]
-  void store(const CacheKey& key, Level level, std::span<const uint64_t> codes);
+  void store(const CacheKey& key, Level level, std::span<const Word> codes);
 
   struct Use {
     size_t entries, evictions, bytes;
@@ -66,7 +72,7 @@ class PatchCache {
     uint32_t words = 0;  ///< per slot
     uint64_t sets = 0;
     std::atomic<uint64_t>* tags = nullptr;
-    std::atomic<uint64_t>* data = nullptr;
+    std::atomic<Word>* data = nullptr;
     size_t bytes = 0;
     void* memory = nullptr;
   };
@@ -78,7 +84,7 @@ class PatchCache {
     uint32_t start;                 // where the hand is set
     uint64_t slot(uint32_t way) const { return first[way / kWays] + way % kWays; }
   };
-  bool tryStore(const Table& table, const CacheKey& key, Level level, std::span<const uint64_t> codes);
+  bool tryStore(const Table& table, const CacheKey& key, Level level, std::span<const Word> codes);
   static Places placesOf(const Table& table, uint64_t keyBits);
   static uint64_t keyBits(const CacheKey& key, Level level);
   const Table& table(Level level) const { return tables_[level == Level::Coarse ? 0 : 1]; }
@@ -87,5 +93,9 @@ class PatchCache {
   std::array<Counts, kLevels> counts_;
   size_t capacity_ = 0;
 };
+
+using PatchCache = PatchCacheOf<uint64_t>;
+extern template class PatchCacheOf<uint64_t>;
+extern template class PatchCacheOf<uint32_t>;
 
 }  // namespace patina

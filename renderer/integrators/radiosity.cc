@@ -388,11 +388,12 @@ void RadiosityIntegrator::specularDirect(Wave& wave) const {
       const Walk& walk = wave.walks[wave.active[i]];
       const uint64_t seed = hashOf(walk.seed(kTime), walk.sample, light);
       const float time = world_.rayTime(wave.points[i].placement, seed);
-      shadowRays.push_back({wave.points[i].facet(), &s, light, time});
+      shadowRays.push_back(
+          {wave.points[i].facet(), &s, light, time, wave.points[i].footprint, raySpread(s, 1)});
       contributions.emplace_back(i, value.f * s.radiance * (weight / pdf));
     }
     visible.resize(shadowRays.size());
-    world_.transmittance(shadowRays, visible);
+    world_.transmittance(shadowRays, visible, engine_.opacityCache());
     for (size_t k = 0; k < visible.size(); ++k)
       wave.direct[contributions[k].first] += contributions[k].second * visible[k];
   }
@@ -464,6 +465,7 @@ std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cac
   if (render.unbiased) settings.residual = 0.25f;
   const double bytes = render.cacheMemoryMb ? *render.cacheMemoryMb * 1048576
                                             : world.scene().options.radiosityCacheKb * 1024.0;
+  settings.opacityBytes = static_cast<size_t>(std::max(world.scene().options.opacityCacheKb, 0)) * 1024;
   settings.cacheBytes = static_cast<size_t>(std::clamp(bytes, 0.0, 1e13));
   return std::make_unique<RadiosityIntegrator>(world, settings);
 }

@@ -102,6 +102,9 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
       }
     }
   }
+  const bool truth = settings_.residual > 0 && (purpose == Purpose::Sample || purpose == Purpose::Truth);
+  // How many rays share a light, as far as their width goes: points nearby have rays of their own.
+  const int sharing = isRay(purpose) ? kLightsWorth : settings_.rays.light(depth, Purpose::Vertex);
   // Which of them get a shadow ray.
   w.shadowRays.clear();
   size_t kept = 0;
@@ -123,12 +126,13 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
     const Request& request = requests[s.request];
     const uint64_t seed = hashOf(request.seed, kTimeStream, s.light, s.number + request.sample);
     w.shadowRays.push_back({w.points[s.request].facet(), &w.lightSamples[s.sample], s.light,
-                            world_.rayTime(w.points[s.request].placement, seed)});
+                            world_.rayTime(w.points[s.request].placement, seed),
+                            w.points[s.request].footprint, raySpread(w.lightSamples[s.sample], sharing)});
     w.shadowed[kept++] = s;
   }
   w.shadowed.resize(kept);
   w.visible.resize(kept);
-  world_.transmittance(w.shadowRays, w.visible);
+  world_.transmittance(w.shadowRays, w.visible, truth ? nullptr : opacityCache_.get());
   for (size_t k = 0; k < kept; ++k) {
     const Workspace::Shadowed& s = w.shadowed[k];
     (s.above ? w.front : w.back)[s.request] += w.lightSamples[s.sample].radiance * w.visible[k] * s.weight;

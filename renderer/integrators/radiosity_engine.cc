@@ -42,7 +42,9 @@ RadiosityEngine::RadiosityEngine(const World& world, const Settings& settings)
     : world_(world), settings_(settings) {
   for (const Attributes& attributes : world.scene().attributes)
     mostBounces_ = std::max(mostBounces_, attributes.maxDiffuseDepth);
-  if (settings.cached) cache_ = std::make_unique<PatchCache>(settings.cacheBytes);
+  if (!settings.cached) return;
+  cache_ = std::make_unique<PatchCache>(settings.cacheBytes);
+  opacityCache_ = std::make_unique<OpacityCache>(world.geometry(), world.shading(), settings.opacityBytes);
 }
 
 RadiosityEngine::Workspace& RadiosityEngine::workspace(int nesting) const {

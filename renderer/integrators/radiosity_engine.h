@@ -17,6 +17,7 @@
 #include "renderer/base/sampling.h"
 #include "renderer/cache/fill_claims.h"
 #include "renderer/cache/patch_cache.h"
+#include "renderer/integrators/opacity_cache.h"
 #include "renderer/integrators/world.h"
 
 namespace patina {
@@ -49,7 +50,7 @@ class RadiosityEngine {
     bool cached = true;
     bool indirect = true;
     RayBudget rays;
-    size_t cacheBytes = size_t{256} << 20;
+    size_t cacheBytes = size_t{256} << 20, opacityBytes = size_t{256} << 20;
     float gatherError = 0.01f;        ///< relative standard error at which gathers of depth 0 end
     float irradianceError = 0.1f;     ///< of Ward's estimate; 0: gathered at each vertex
     float irradianceContrast = 0.1f;  ///< that corners may have
@@ -102,6 +103,8 @@ class RadiosityEngine {
 
   const World& world() const { return world_; }
   const PatchCache* cache() const { return cache_.get(); }
+  /// For rays of the camera's samples; nullptr: every layer is to be shaded.
+  const OpacityCache* opacityCache() const { return settings_.residual > 0 ? nullptr : opacityCache_.get(); }
   void report() const;  ///< figures of the cache that are known at the end only [main]
 
  private:
@@ -167,7 +170,7 @@ class RadiosityEngine {
   /// Light that lobes and view-dependent emission send back along each point's I: unbiased walks of one ray,
   /// to the first surface without lobes or the specular depth limit.
   void followLobes(std::span<Walk> walks, int depth, bool truth, int nesting) const;
-  void lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
+  void lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce, bool truth,
                   Workspace& w) const;
   /// How many rays are traced together, about, and how many points that send so many each are shaded.
   size_t raysAtOnce() const;
@@ -188,6 +191,7 @@ class RadiosityEngine {
     void report() const;
   };
   mutable Residuals residual_;
+  std::unique_ptr<OpacityCache> opacityCache_;
   int mostBounces_ = 0;        ///< that any object allows
   mutable FillClaims claims_;  ///< by Want::key
 };

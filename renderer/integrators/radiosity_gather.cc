@@ -250,7 +250,6 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
       if (lookup.truth > 0) needPoint(lookup.user);
     }
     std::for_each(lobes.begin(), lobes.end(), needPoint);
-    std::for_each(w.passing.begin(), w.passing.end(), needPoint);
     world_.pointsAt(
         w.hits, w.withPoints,
         [&](uint32_t k) {
@@ -284,17 +283,18 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
     // On through what is not opaque.
     w.nextRays.clear(), w.nextGather.clear();
     if (!w.passing.empty()) {
-      w.layerPoints.clear();
-      for (const uint32_t k : w.passing) w.layerPoints.push_back(pointAt(k));
-      shading.shade(w.layerPoints, ShadingParts::Radiosity, w.layer);
+      w.widths.resize(n), w.passed.clear();
+      for (const uint32_t k : w.passing) {
+        w.widths[k] = w.gather[k].spread * w.gather[k].travelled;
+        w.passed.push_back(w.gather[k].share);
+      }
+      world_.letPass(w.rays, w.hits, w.passing, w.widths, truth ? nullptr : opacityCache_.get(), w.passed);
       for (size_t i = 0; i < w.passing.size(); ++i) {
         const uint32_t k = w.passing[i];
-        GatherRay ray = w.gather[k];
-        for (int c = 0; c < 3; ++c) ray.share[c] *= std::clamp(1 - w.layer.terms[i].opacity[c], 0.0f, 1.0f);
-        if (maxComponent(ray.share) < 1e-4f) continue;
+        if (isBlack(w.passed[i])) continue;
         w.nextRays.push_back(w.rays[k]);
-        w.nextRays.back().origin = goOn(w.rays[k], w.hits[k], w.layerPoints[i].facet());
-        w.nextGather.push_back(ray);
+        w.nextGather.push_back(w.gather[k]);
+        w.nextGather.back().share = w.passed[i];
       }
     }
     w.rays.swap(w.nextRays), w.gather.swap(w.nextGather);

@@ -39,7 +39,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
       w.layerPoints.push_back(walk.point);
     }
     shading.shade(w.layerPoints, ShadingParts::RadiosityAndView, w.specular);
-    lightLobes(walks, active, bounce, w);
+    lightLobes(walks, active, bounce, truth, w);
     // A lobe each, and where it leads.
     w.walkRays.clear(), w.walkOf.clear();
     for (size_t i = 0; i < active.size(); ++i) {
@@ -134,7 +134,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
 
 /// Lights by way of the lobes in w.specular: one sample of one light for each walk.
 void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
-                                 Workspace& w) const {
+                                 bool truth, Workspace& w) const {
   const Lights& lights = world_.lights();
   w.shadowRays.clear(), w.values.clear(), w.vertexOf.clear(), w.chance.clear();
   w.lightSamples.resize(which.size());
@@ -154,11 +154,11 @@ void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t
     const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
     if (isBlack(value.f)) continue;
     const float time = world_.rayTime(walk.point.placement, hashOf(walk.seed, kLightPointStream, bounce, 1));
-    w.shadowRays.push_back({walk.point.facet(), &s, pick.light, time});
+    w.shadowRays.push_back({walk.point.facet(), &s, pick.light, time, walk.point.footprint, raySpread(s, 1)});
     w.values.push_back(value), w.vertexOf.push_back(i), w.chance.push_back(pick.chance);
   }
   w.visible.resize(w.shadowRays.size());
-  world_.transmittance(w.shadowRays, w.visible);
+  world_.transmittance(w.shadowRays, w.visible, truth ? nullptr : opacityCache_.get());
   for (size_t k = 0; k < w.shadowRays.size(); ++k) {
     const LightSample& s = *w.shadowRays[k].to;
     Walk& walk = walks[which[w.vertexOf[k]]];
@@ -199,6 +199,7 @@ void RadiosityEngine::Residuals::report() const {
 
 void RadiosityEngine::report() const {
   if (!cache_) return;
+  opacityCache_->report();
   for (int k = 0; k < kLevels; ++k) {
     const auto level = static_cast<Level>(k);
     const std::string path = fmt::format("Radiosity cache/{}/", k == 0   ? "coarse"

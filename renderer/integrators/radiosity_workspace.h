@@ -118,7 +118,8 @@ struct RadiosityEngine::Workspace {
   std::vector<uint32_t> pointOf, withPoints;
   std::vector<ShadingPoint> hitPoints, layerPoints;
   std::vector<uint32_t> passing;
-  ShadedPoints layer;
+  std::vector<float> widths;  // of rays that pass
+  std::vector<Rgb> passed;    // by `passing`
   struct Missed {
     uint32_t number, slot;
     V3f from, direction;

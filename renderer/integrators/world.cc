@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building a frame, visibility, ambient light.
+// Building a frame, ambient light.
 #include "renderer/integrators/world.h"
 
 #include <stdexcept>
@@ -10,9 +10,6 @@
 
 namespace patina {
 namespace {
-
-STAT_COUNTER("Shading/opacity look-ups", opacityLookups);
-constexpr int kMostLayers = 4096;  // surfaces that a shadow ray passes before it gives up
 
 void checkMoves(const ShaderInstance* displacement, const ShaderBinding& binding, ErrorHandler& errors) {
   if (displacement && !displacement->active(PATINA_ENTRY_DISPLACEMENT))
@@ -236,76 +233,6 @@ ShadingPoint World::seenAt(ShadingPoint point) const {
   // It may have turned away since: it is looked at from as far behind as in front.
   if (const float behind = point.I.dot(point.Ng); behind > 0) point.I -= point.Ng * (2 * behind);
   return point;
-}
-
-void World::transmittance(std::span<const ShadowRay> wanted, std::span<Rgb> shares) const {
-  struct Scratch {
-    std::vector<Ray> rays;
-    std::vector<uint32_t> rayOf, which;  // of the shadow ray; of rays
-    std::vector<uint8_t> occluded;
-    std::vector<Hit> hits;
-    std::vector<ShadingPoint> points;
-    ShadedPoints shaded;
-  };
-  thread_local Scratch w;
-  w.rays.clear(), w.rayOf.clear();
-  for (uint32_t k = 0; k < wanted.size(); ++k) {
-    const auto& [from, to, light, time] = wanted[k];
-    shares[k] = Rgb(1, 1, 1);
-    if (settings_.classic || !lights_->castsShadows(light)) continue;
-    Ray ray;
-    ray.mask = kTransmissionRay, ray.time = time;
-    ray.origin = leave(from, to->direction);
-    if (std::isinf(to->distance)) {
-      ray.direction = to->direction;
-    } else {
-      ray.direction = to->target - ray.origin;
-      ray.tFar = 1 - 4 * kMachineEpsilon;
-    }
-    w.rays.push_back(ray), w.rayOf.push_back(k);
-  }
-  if (shading_->allOpaque()) {
-    w.occluded.resize(w.rays.size());
-    accel_->occluded(w.rays, w.occluded);
-    // One of the rays may have been the first to meet a delayed archive, with something transparent in it.
-    if (shading_->allOpaque()) {
-      for (size_t i = 0; i < w.rays.size(); ++i)
-        if (w.occluded[i]) shares[w.rayOf[i]] = Rgb(0, 0, 0);
-      return;
-    }
-  }
-  for (int layer = 0; !w.rays.empty(); ++layer) {
-    w.hits.resize(w.rays.size());
-    accel_->intersect(w.rays, w.hits);
-    w.which.clear();
-    for (uint32_t i = 0; i < w.rays.size(); ++i) {
-      if (!w.hits[i].valid()) continue;
-      if (layer >= kMostLayers || shading_->isOpaque(w.hits[i].placement))
-        shares[w.rayOf[i]] = Rgb(0, 0, 0);
-      else
-        w.which.push_back(i);
-    }
-    pointsAt(
-        w.hits, w.which, [&](uint32_t i) { return std::pair(wanted[w.rayOf[i]].to->direction, 0.0f); },
-        w.points);
-    shading_->shade(w.points, ShadingParts::Radiosity, w.shaded);
-    opacityLookups += static_cast<int64_t>(w.points.size());
-    size_t kept = 0;
-    for (size_t j = 0; j < w.which.size(); ++j) {
-      const uint32_t i = w.which[j], k = w.rayOf[i];
-      for (int c = 0; c < 3; ++c) shares[k][c] *= std::clamp(1 - w.shaded.terms[j].opacity[c], 0.0f, 1.0f);
-      if (maxComponent(shares[k]) < 1e-4f) {
-        shares[k] = Rgb(0, 0, 0);
-        continue;
-      }
-      Ray ray = w.rays[i];
-      ray.origin = goOn(ray, w.hits[i], w.points[j].facet());
-      if (!std::isinf(wanted[k].to->distance)) ray.direction = wanted[k].to->target - ray.origin;
-      w.rays[kept] = ray;
-      w.rayOf[kept++] = k;
-    }
-    w.rays.resize(kept), w.rayOf.resize(kept);
-  }
 }
 
 void World::addAmbient(std::span<const ShadingPoint> points, std::span<const SurfaceTerms> terms,

@@ -19,6 +19,8 @@
 
 namespace patina {
 
+class OpacityCache;
+
 /// The lights of one light list, by what integrators do with them.
 struct LightList {
   std::vector<uint32_t>
@@ -43,6 +45,13 @@ struct LightList {
   /// the light is not sampled. Densities over solid angle; `lightPdf` is that of the light once it is picked.
   float weightOfMet(uint32_t light, float bsdfPdf, float lightPdf) const;
 };
+
+/// The width per length of a ray to a light, one of `rays` that share the light: the root of its share of the
+/// solid angle. Rays to lights without a size keep their width.
+inline float raySpread(const LightSample& to, int rays) {
+  constexpr float kHemisphere = 2.5f;  // root of 2 pi
+  return to.delta ? 0 : std::min(1 / std::sqrt(to.pdf * static_cast<float>(rays)), kHemisphere);
+}
 
 class World final : private GeometryListener {
  public:
@@ -72,10 +81,22 @@ class World final : private GeometryListener {
     const LightSample* to;
     uint32_t light;  ///< says whether it casts shadows at all
     float time;
+    // What the ray stands for, for the opacity cache: its width where it leaves, and what it gains per
+    // length.
+    float width = 0, spread = 0;
   };
   /// Share of light that passes from each facet to its target, or without end along its direction when the
-  /// distance is infinite: 0 or 1 among opaque surfaces. [any thread]
-  void transmittance(std::span<const ShadowRay> rays, std::span<Rgb> shares) const;
+  /// distance is infinite: 0 or 1 among opaque surfaces. Without a cache every surface
+  /// is asked at the very point that a ray meets. [any thread]
+  void transmittance(std::span<const ShadowRay> rays, std::span<Rgb> shares,
+                     const OpacityCache* cache = nullptr) const;
+
+  /// Lets rays go on through what they have met, which is not opaque, for the rays that `which` names.
+  /// shares[k] is multiplied by what which[k] meets lets pass, and the ray's origin moved behind that, unless
+  /// next to nothing is left: then the share is black. widths[i] is how wide ray i is at its hit. [any
+  /// thread]
+  void letPass(std::span<Ray> rays, std::span<const Hit> hits, std::span<const uint32_t> which,
+               std::span<const float> widths, const OpacityCache* cache, std::span<Rgb> shares) const;
 
   /// Whether camera rays have a time: something moves, or the camera does.
   bool moves() const { return geometry_->moves() || camera_.moves(); }

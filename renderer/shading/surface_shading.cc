@@ -47,7 +47,7 @@ SurfaceShading::SurfaceShading(const Geometry& geometry, std::vector<const Shade
     : geometry_(geometry), fallback_(static_cast<uint32_t>(surfaces.size() - 1)) {
   if (geometry.hasDelayed()) {
     surfaces_.makeRoom(), statistics_.makeRoom();
-    variables_.makeRoom(), shaderIndex_.makeRoom(), opaque_.makeRoom();
+    variables_.makeRoom(), shaderIndex_.makeRoom(), opacity_.makeRoom();
   }
   growTo(surfaces.size());
   for (uint32_t k = 0; k <= fallback_; ++k) setShader(k, surfaces[k]);
@@ -68,7 +68,7 @@ void SurfaceShading::append(const GeometryPart& part) {
   for (size_t k = variables_.size(); k < geometry_.traced().size(); ++k)
     variables_.emplace_back(*geometry_.traced()[k].primitive);
   shaderIndex_.growTo(part.endPlacement);
-  opaque_.growTo(part.endPlacement);
+  opacity_.growTo(part.endPlacement);
   for (uint32_t k = part.firstPlacement; k < part.endPlacement; ++k) {
     const Placement& placement = geometry_.placements()[k];
     const Attributes& attributes = geometry_.attributes(placement);
@@ -79,7 +79,10 @@ void SurfaceShading::append(const GeometryPart& part) {
     const bool opaque = surfaces_[shader]->has(PATINA_TRAIT_OPAQUE) ||
                         (isOs && !variables_[placement.traced].Os && attributes.opacity == Rgb(1, 1, 1)) ||
                         (!isOs && !surfaces_[shader]->active(PATINA_ENTRY_RADIOSITY));
-    opaque_[k] = opaque;
+    opacity_[k] = opaque                                             ? OpacityKind::Opaque
+                  : surfaces_[shader]->has(PATINA_TRAIT_TRANSPARENT) ? OpacityKind::Transparent
+                  : isOs                                             ? OpacityKind::IsOs
+                                                                     : OpacityKind::Shaded;
     if (!opaque) allOpaque_ = false;
   }
 }
@@ -161,14 +164,21 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
                                 ShadedPoints& out) const {
   const ShaderInstance& shader = *surfaces_[shaderIndex];
   const bool view = parts == ShadingParts::RadiosityAndView && shader.active(PATINA_ENTRY_VIEW);
-  const bool radiosity = shader.active(PATINA_ENTRY_RADIOSITY);
-  if (!radiosity && shader.has(PATINA_TRAIT_OPACITY_IS_OS))
+  const bool onlyOpacity = parts == ShadingParts::Opacity, transparent = shader.has(PATINA_TRAIT_TRANSPARENT),
+             isOs = shader.has(PATINA_TRAIT_OPACITY_IS_OS);
+  const bool radiosity = shader.active(PATINA_ENTRY_RADIOSITY) && !(onlyOpacity && (transparent || isOs));
+  if (onlyOpacity && transparent) {
+    for (const uint32_t k : which) out.terms[k].opacity = Rgb(0, 0, 0);
+    return;
+  }
+  if (!radiosity && isOs)
     for (const uint32_t k : which) {
       const ShadingPoint& p = points[k];
       const Placement& placement = geometry_.placements()[p.placement];
       out.terms[k].opacity = geometry_.attributes(placement).opacity;
       if (const PrimVar* given = variables_[placement.traced].Os)
         geometry_.surface(placement).interpolate(*given, p.face, p.u, p.v, &out.terms[k].opacity.x);
+      if (repair(out.terms[k].opacity)) out.terms[k].opacity = Rgb(1, 1, 1);
     }
   if (!radiosity && !view) return;
   const uint64_t reads =

@@ -15,8 +15,9 @@
 
 namespace patina {
 
-/// Which entry points to run.
-enum class ShadingParts { Radiosity, RadiosityAndView };
+/// Which entry points to run. Opacity: `radiosity`, unless the opacity is known without it; of the terms only
+/// the opacity is to be used.
+enum class ShadingParts { Opacity, Radiosity, RadiosityAndView };
 
 class SurfaceShading {
  public:
@@ -42,13 +43,16 @@ class SurfaceShading {
 
   const ShaderInstance& shaderOf(uint32_t placement) const { return *surfaces_[shaderIndex_[placement]]; }
   /// Nothing can be seen through the placement: no opacity need be asked for.
-  bool isOpaque(uint32_t placement) const { return opaque_[placement]; }
+  bool isOpaque(uint32_t placement) const { return opacity_[placement] == OpacityKind::Opaque; }
+  /// Only a call of the shader tells the opacity: it is neither one, nor zero, nor the channel Os everywhere.
+  bool isOpacityShaded(uint32_t placement) const { return opacity_[placement] == OpacityKind::Shaded; }
   /// Nothing that rays have met so far can be seen through: it may become false when a delayed archive is
   /// read.
   bool allOpaque() const { return allOpaque_.load(std::memory_order_relaxed); }
 
  private:
   struct Statistics;
+  enum class OpacityKind : uint8_t { Opaque, Transparent, IsOs, Shaded };
   void shadeBatch(uint32_t shader, std::span<const ShadingPoint> points, std::span<const uint32_t> which,
                   ShadingParts parts, ShadedPoints& out) const;
   void orient(ShadingPoint& point) const;
@@ -60,7 +64,7 @@ class SurfaceShading {
   uint32_t fallback_;                                     ///< the default surface
   StableVector<SurfaceVariables> variables_;              ///< by traced surface
   StableVector<uint32_t> shaderIndex_;                    ///< by placement
-  StableVector<uint8_t> opaque_;                          ///< by placement
+  StableVector<OpacityKind> opacity_;                     ///< by placement
   std::atomic<bool> allOpaque_ = true;
 };
 

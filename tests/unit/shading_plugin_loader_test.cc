@@ -263,9 +263,10 @@ TEST(PluginLoader, LoadsFromSeveralThreads) {
 
 TEST(PluginLoader, EveryStandardShaderIsThereAndDocumented) {
   PluginLoader loader = makeLoader("");
-  for (const char* name : {"constant", "matte", "metal", "shinymetal", "plastic", "paintedplastic",
-                           "defaultsurface", "conductor", "dielectric", "null", "showst", "ambientlight",
-                           "distantlight", "pointlight", "spotlight", "arealight", "envlight"}) {
+  for (const char* name :
+       {"constant", "matte", "metal", "shinymetal", "plastic", "paintedplastic", "defaultsurface",
+        "conductor", "dielectric", "leaf", "null", "showst", "ambientlight", "distantlight", "pointlight",
+        "spotlight", "arealight", "envlight"}) {
     const PluginLoader::Result& result = loader.find(name);
     ASSERT_NE(result.shader, nullptr) << result.error;
     EXPECT_STRNE(result.shader->doc, "");
