@@ -3,6 +3,7 @@
 #include "renderer/cache/patch_cache.h"
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <bit>
 #include <new>
@@ -183,6 +184,21 @@ bool PatchCacheOf<Word>::tryStore(const Table& table, const CacheKey& key, Level
 template <class Word>
 size_t PatchCacheOf<Word>::bytesPerSlot(Level level) const {
   return bytesOfSlot<Word>(table(level).words);
+}
+
+template <class Word>
+size_t PatchCacheOf<Word>::resident() const {
+  const auto page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
+  size_t pages = 0;
+  std::array<unsigned char, 4096> chunk;
+  for (const Table& table : tables_)
+    for (size_t first = 0; first < table.bytes; first += chunk.size() * page) {
+      const size_t bytes = std::min(chunk.size() * page, table.bytes - first),
+                   count = (bytes + page - 1) / page;
+      if (mincore(static_cast<char*>(table.memory) + first, bytes, chunk.data()) != 0) continue;
+      for (size_t k = 0; k < count; ++k) pages += chunk[k] & 1u;
+    }
+  return pages * page;
 }
 
 template <class Word>

@@ -65,6 +65,8 @@ class PatchCacheOf {
   size_t slots(Level level) const { return table(level).sets * kWays; }  ///< medium and fine share theirs
   size_t bytesPerSlot(Level level) const;
   size_t capacity() const { return capacity_; }  ///< bytes reserved in all, never more than asked for
+  /// Bytes of that which are in memory now, as the system counts them: whole pages. [any thread]
+  size_t resident() const;
 
  private:
   static constexpr uint32_t kWays = 8;

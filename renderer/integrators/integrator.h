@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include "renderer/base/sampling.h"
@@ -36,6 +37,9 @@ struct Seen {
 };
 /// Adds a sample of the film's channels. One that is not finite is counted as refused, and as black.
 void addSample(FilmTile& tile, const V2f& raster, const Seen& seen);
+
+/// The first pixel, in the order of rows, of samples that were refused since the last call. [main]
+std::optional<std::pair<int, int>> takeRefusedPixel();
 
 /// The camera ray of a sample of a pixel: the same in every mode.
 struct CameraSample {

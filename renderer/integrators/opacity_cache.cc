@@ -375,6 +375,7 @@ void OpacityCache::report() const {
     setStatistic(path + "evictions", static_cast<double>(use.evictions));
   }
   setStatistic("Opacity cache/bytes reserved", static_cast<double>(known->capacity()));
+  setStatistic("Opacity cache/bytes in memory", static_cast<double>(known->resident()));
   setStatistic("Opacity cache/shader points saved",
                static_cast<double>(answered.total() - pointsShaded.total()));
 }

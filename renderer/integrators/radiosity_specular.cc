@@ -217,6 +217,7 @@ void RadiosityEngine::report() const {
   }
   setStatistic("Radiosity cache/bytes reserved", static_cast<double>(cache_->capacity()));
   residual_.report();
+  setStatistic("Radiosity cache/bytes in memory", static_cast<double>(cache_->resident()));
 }
 
 }  // namespace patina

@@ -2,6 +2,7 @@
 // The frame: world, film, integrator, and the loop over buckets.
 #include "renderer/integrators/render.h"
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -13,6 +14,7 @@
 #include "renderer/base/statistics.h"
 #include "renderer/film/scene_film.h"
 #include "renderer/integrators/integrator.h"
+#include "renderer/shading/work_place.h"
 
 namespace patina {
 namespace {
@@ -21,6 +23,15 @@ std::unique_ptr<Integrator> makeIntegrator(const World& world, const std::string
   if (mode == "path") return makePathIntegrator(world);
   if (mode == "direct") return makeRadiosityIntegrator(world, false, false);
   return makeRadiosityIntegrator(world, mode == "radiosity", true);
+}
+
+std::string describeRefused(const World& world, uint64_t refused) {
+  std::string text = std::to_string(refused) + " camera samples were not finite and count as black";
+  if (const auto pixel = takeRefusedPixel())
+    text += fmt::format(
+        ". The first is in pixel ({}, {}), which this makes again: {}", pixel->first, pixel->second,
+        world.replayCommand(pixel->first, pixel->second, pixel->first + 1, pixel->second + 1));
+  return text;
 }
 
 }  // namespace
@@ -58,6 +69,8 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
           for (int k = range.begin(); k < range.end(); ++k) {
             if (settings.interrupted && settings.interrupted()) return;
             FilmTile tile = film->begin(k);
+            const PixelRect& pixels = tile.samplePixels();
+            const WorkPlaceScope place({pixels.x0, pixels.y0, pixels.x1, pixels.y1});
             integrator->render(tile);
             film->finish(std::move(tile));
             const int finished = ++done;
@@ -73,8 +86,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
     world.summarize(errors);
     world.geometry().reportMemory();
     if (const auto refused = film->refusedCount())
-      errors.report(Severity::Warning, RiError::Math, {},
-                    std::to_string(refused) + " camera samples were not finite and count as black");
+      errors.report(Severity::Warning, RiError::Math, {}, describeRefused(world, refused));
     setStatistic("Film/camera samples", static_cast<double>(film->sampleCount()));
   } catch (const std::exception& error) {
     return fail(error.what());

@@ -27,6 +27,7 @@ struct RenderSettings {
   bool shadeAtHits = false;  ///< --shading hit: no decoupling of shading from visibility
   std::string shaderPath, texturePath;  ///< searched before the RIB's, RI path syntax
   bool allowShaderPaths = false;
+  std::string replay;  ///< arguments that render this again, for messages; "" = not known
   std::function<void(double)>
       progress;  ///< fraction of the buckets done, 0 to 1; called from any thread, serialised
   std::function<bool()> interrupted;  ///< true = stop after the buckets in work; the film holds what is there

@@ -2,10 +2,13 @@
 // Building a frame, ambient light.
 #include "renderer/integrators/world.h"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
 #include "renderer/base/sampling.h"
 #include "renderer/base/statistics.h"
+#include "renderer/shading/work_place.h"
 #include "rib/search_path.h"
 
 namespace patina {
@@ -104,6 +107,7 @@ void World::loadShaders() {
         return found->second;
       },
       textures_.get()));
+  hosts_[0]->setReplay([this](const V3f& at) { return howToReplay(at); });
 
   // Only shaders that something in the scene is bound to are loaded.
   std::vector<const char*> role(scene_.shaders.size(), nullptr);
@@ -149,6 +153,7 @@ void World::begin(GeometryPart& part) {
       return frame->spaceToWorld(name, M44d());
     };
     hosts_.push_back(std::make_unique<ShaderHost>(find, textures_.get()));
+    hosts_.back()->setReplay([this](const V3f& at) { return howToReplay(at); });
     hostOf_[&part] = hosts_.back().get();
   }
   // A shader of a scene around this one may be used by nothing else, and not be loaded yet.
@@ -174,6 +179,35 @@ void World::begin(GeometryPart& part) {
 void World::end(const GeometryPart& part) {
   shading_->append(part);
   addLightLists(part);
+}
+
+std::string World::replayCommand(int x0, int y0, int x1, int y1) const {
+  // The crop window's first pixel is ceil(resolution * x0), its last ceil(resolution * x1 - 1).
+  const auto share = [](int edge, int resolution) {
+    return std::clamp((edge - 0.5) / std::max(resolution, 1), 0.0, 1.0);
+  };
+  const int width = scene_.options.xResolution, height = scene_.options.yResolution;
+  return fmt::format("patina --crop {:.7g} {:.7g} {:.7g} {:.7g} -o replay.exr {}", share(x0, width),
+                     share(x1, width), share(y0, height), share(y1, height),
+                     settings_.replay.empty() ? "FILE.rib" : settings_.replay);
+}
+
+/// The end of a message about a point: the pixel where it is seen, if that is being made, or all pixels that
+/// are.
+std::string World::howToReplay(const V3f& at) const {
+  const WorkPlace& place = WorkPlace::current();
+  if (place.empty()) return "; it was made for no pixel in particular";
+  std::string pixel;
+  const V3f seen = camera_.toCamera(at);
+  if (seen.z > 0 || !camera_.perspective()) {
+    const V2f raster = camera_.toRaster(seen);
+    if (raster.x >= static_cast<float>(place.x0) && raster.x < static_cast<float>(place.x1) &&
+        raster.y >= static_cast<float>(place.y0) && raster.y < static_cast<float>(place.y1))
+      pixel = fmt::format(", pixel ({}, {})", static_cast<int>(raster.x), static_cast<int>(raster.y));
+  }
+  return fmt::format("{}; pixels {} to {} by {} to {} were being made, as this does: {}", pixel, place.x0,
+                     place.x1 - 1, place.y0, place.y1 - 1,
+                     replayCommand(place.x0, place.y0, place.x1, place.y1));
 }
 
 void World::summarize(ErrorHandler& errors) {

@@ -138,6 +138,8 @@ class World final : private GeometryListener {
   /// What every seed of random numbers is combined with (exclusive or): a hash of RenderSettings::seed, 0 for
   /// seed 0.
   uint64_t frameSeed() const { return frameSeed_; }
+  /// The command that makes pixels again, [x0, x1) x [y0, y1) of the raster.
+  std::string replayCommand(int x0, int y0, int x1, int y1) const;
   /// Hands the messages of shaders to the error handler.
   void summarize(ErrorHandler& errors);
 
@@ -146,6 +148,7 @@ class World final : private GeometryListener {
                                              ShaderHost& host);
   void begin(GeometryPart& part) override;
   void end(const GeometryPart& part) override;
+  std::string howToReplay(const V3f& at) const;
   void addLightLists(const GeometryPart& part);
   void loadShaders();
 

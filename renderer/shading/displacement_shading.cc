@@ -2,6 +2,8 @@
 // Batches of vertices through the entry point `displacement`.
 #include "renderer/shading/displacement_shading.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <string>
 
@@ -75,24 +77,34 @@ bool DisplacementShading::displace(const Vertices& vertices) const {
   ++statistics.calls;
   statistics.points += static_cast<int64_t>(n);
   if (shader.displacement(in, result) != PATINA_OK) return false;
-  bool bad = false;
+  uint64_t bad = 0;
+  size_t first = 0;
   for (size_t i = 0; i < n; ++i) {
+    bool wrong = false;
     const V3f P(result.P.x[i], result.P.y[i], result.P.z[i]);
     if (isFinite(P) && maxAbsComponent(P) < 1e15f)
       vertices.P[i] = P;
     else
-      bad = true;
-    if (!result.writes_normal) continue;
-    const V3f N(result.N.x[i], result.N.y[i], result.N.z[i]);
-    if (const float length = N.length(); length > 0 && std::isfinite(length))
-      vertices.N[i] = N / length;
-    else
-      bad = true;
+      wrong = true;
+    if (result.writes_normal) {
+      const V3f N(result.N.x[i], result.N.y[i], result.N.z[i]);
+      if (const float length = N.length(); length > 0 && std::isfinite(length))
+        vertices.N[i] = N / length;
+      else
+        wrong = true;
+    }
+    if (wrong && bad++ == 0) first = i;
   }
-  if (bad)
-    shader.host().report(shader.host().host, PATINA_REPORT_WARNING, -1,
-                         "moved vertices to where nothing is (not finite, or beyond 1e15), or gave normals "
-                         "without a direction; those are left as they were");
+  if (bad > 0)
+    shader.fault(ShaderHost::kBadDisplacement, bad, vertices.P[first], [&] {
+      return fmt::format(
+          "moved vertices to where nothing is (not finite, or beyond 1e15), or gave normals without a "
+          "direction; "
+          "those are left as they were. The first is at ({}, {}, {}), (u, v) = ({}, {}) of face {} of the "
+          "primitive at {}",
+          vertices.P[first].x, vertices.P[first].y, vertices.P[first].z, vertices.uv[first].x,
+          vertices.uv[first].y, vertices.face, toString(vertices.primitive.where));
+    });
   return result.writes_normal != 0;
 }
 

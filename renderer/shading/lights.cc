@@ -2,6 +2,8 @@
 // Batches of light samples.
 #include "renderer/shading/lights.h"
 
+#include <fmt/format.h>
+
 #include <string>
 
 #include "renderer/base/statistics.h"
@@ -12,18 +14,57 @@ namespace {
 
 constexpr size_t kBatch = 256;
 
-Rgb at(const PatinaOut3& out, size_t i) {
-  const Rgb c(out.x[i], out.y[i], out.z[i]);
-  const bool good = std::abs(c.x) < 1e30f && std::abs(c.y) < 1e30f && std::abs(c.z) < 1e30f;
-  return good ? c : Rgb(0, 0, 0);
+Rgb at(const PatinaOut3& out, size_t i) { return {out.x[i], out.y[i], out.z[i]}; }
+bool isSane(const Rgb& c) {  // negative light is odd, but a way to take some away
+  return std::abs(c.x) < 1e30f && std::abs(c.y) < 1e30f && std::abs(c.z) < 1e30f;
 }
 
 }  // namespace
 
 struct Lights::Statistics {
-  StatCounter calls, points;
+  StatCounter calls, points, replaced;
   explicit Statistics(const std::string& shader)
-      : calls("Shaders/" + shader + "/light/calls"), points("Shaders/" + shader + "/light/points") {}
+      : calls("Shaders/" + shader + "/light/calls"),
+        points("Shaders/" + shader + "/light/points"),
+        replaced("Shaders/" + shader + "/light/points with values replaced") {}
+};
+
+/// Takes what a light's shader gave; what makes no sense is no light, and is reported in the end.
+class Lights::Checked {
+ public:
+  explicit Checked(const Entry& light) : light_(light) {}
+  ~Checked() {
+    if (count_ == 0) return;
+    light_.statistics->replaced += static_cast<int64_t>(count_);
+    light_.shader->fault(ShaderHost::kBadLight, count_, first_, [&] {
+      return fmt::format(
+          "light gave directions, radiance or densities that are not finite or too large; they count as no "
+          "light. "
+          "The first is for the point ({}, {}, {})",
+          first_.x, first_.y, first_.z);
+    });
+  }
+  Checked(const Checked&) = delete;
+  Checked& operator=(const Checked&) = delete;
+
+  Rgb color(const Rgb& c, const V3f& P) {
+    if (isSane(c)) return c;
+    note(P);
+    return {0, 0, 0};
+  }
+  float density(float pdf, const V3f& P) {
+    if (pdf >= 0 && std::isfinite(pdf)) return pdf;
+    note(P);
+    return 0;
+  }
+
+ private:
+  void note(const V3f& P) {
+    if (count_++ == 0) first_ = P;
+  }
+  const Entry& light_;
+  uint64_t count_ = 0;
+  V3f first_{0, 0, 0};
 };
 
 Lights::~Lights() = default;
@@ -127,22 +168,24 @@ void Lights::sample(uint32_t index, std::span<const V3f> points, std::span<const
       in.u = planes.fill(n, [&](size_t i) { return chosen[i].u; });
       in.v = planes.fill(n, [&](size_t i) { return chosen[i].v; });
       PatinaLightOut result = makeOut(planes);
+      Checked checked(light);
       if (call(light, in, result) == PATINA_OK)
-        for (size_t i = 0; i < n; ++i) o[i].radiance = at(result.radiance, i);
+        for (size_t i = 0; i < n; ++i) o[i].radiance = checked.color(at(result.radiance, i), chosen[i].P);
     } else {
       PatinaLightIn in = makeIn(*light.shader, planes, n, PATINA_LIGHT_SAMPLE);
       in.P = planes.fill3(n, [&](size_t i) { return p[i]; });
       in.random_x = planes.fill(n, [&](size_t i) { return r[i].x; });
       in.random_y = planes.fill(n, [&](size_t i) { return r[i].y; });
       PatinaLightOut result = makeOut(planes);
+      Checked checked(light);
       if (call(light, in, result) != PATINA_OK) continue;
       for (size_t i = 0; i < n; ++i) {
         LightSample& s = o[i];
-        s.direction = at(result.direction, i);
-        s.radiance = at(result.radiance, i);
+        s.direction = checked.color(at(result.direction, i), p[i]);
+        s.radiance = checked.color(at(result.radiance, i), p[i]);
         s.delta = light.kind == PATINA_LIGHT_DELTA;
         if (s.delta) s.radiance *= kPi;
-        s.pdf = s.delta ? 1 : result.pdf[i];
+        s.pdf = s.delta ? 1 : checked.density(result.pdf[i], p[i]);
         const float distance = result.distance[i];
         if (distance < 0.5f * PATINA_INFINITE_DISTANCE) {
           s.distance = distance;
@@ -166,8 +209,9 @@ void Lights::ambient(uint32_t index, std::span<const V3f> points, std::span<Rgb>
     in.P = planes.fill3(n, [&](size_t i) { return points[base + i]; });
     in.random_x = in.random_y = planes.uniform(0.5f);
     PatinaLightOut result = makeOut(planes);
+    Checked checked(light);
     if (call(light, in, result) == PATINA_OK)
-      for (size_t i = 0; i < n; ++i) out[base + i] = at(result.radiance, i);
+      for (size_t i = 0; i < n; ++i) out[base + i] = checked.color(at(result.radiance, i), points[base + i]);
   }
 }
 
@@ -184,10 +228,11 @@ void Lights::evaluate(uint32_t index, std::span<const V3f> points, std::span<con
     in.P = planes.fill3(n, [&](size_t i) { return points[base + i]; });
     in.direction = planes.fill3(n, [&](size_t i) { return directions[base + i]; });
     PatinaLightOut result = makeOut(planes);
+    Checked checked(light);
     if (call(light, in, result) != PATINA_OK) continue;
     for (size_t i = 0; i < n; ++i) {
-      radiance[base + i] = at(result.radiance, i);
-      pdf[base + i] = std::isfinite(result.pdf[i]) ? std::max(result.pdf[i], 0.0f) : 0;
+      radiance[base + i] = checked.color(at(result.radiance, i), points[base + i]);
+      pdf[base + i] = checked.density(result.pdf[i], points[base + i]);
     }
   }
 }
@@ -204,7 +249,8 @@ Rgb Lights::emitted(uint32_t index, const ShadingPoint& point, const V3f& direct
   in.u = planes.fill(1, [&](size_t) { return uv.x; });
   in.v = planes.fill(1, [&](size_t) { return uv.y; });
   PatinaLightOut result = makeOut(planes);
-  return call(light, in, result) == PATINA_OK ? at(result.radiance, 0) : Rgb(0, 0, 0);
+  Checked checked(light);
+  return call(light, in, result) == PATINA_OK ? checked.color(at(result.radiance, 0), point.P) : Rgb(0, 0, 0);
 }
 
 float Lights::areaPdf(uint32_t index, const V3f& from, const ShadingPoint& onLight) const {

@@ -55,6 +55,7 @@ class Lights {
 
  private:
   struct Statistics;
+  class Checked;
   struct Entry {
     const ShaderInstance* shader = nullptr;
     PatinaLightKind kind = PATINA_LIGHT_NONE;

@@ -15,6 +15,24 @@ void ShaderHost::report(std::string_view shader, const Location& where, PatinaRe
   entry.where = where;
 }
 
+void ShaderHost::fault(std::string_view shader, const Location& where, Fault fault, uint64_t points,
+                       const V3f& at, const std::function<std::string()>& describe) {
+  Entry* entry = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    entry = &reports_[{std::string(shader), PATINA_REPORT_WARNING, fault}];
+    const bool isFirst = entry->count == 0;
+    entry->count += points;
+    if (!isFirst) return;
+  }
+  // Without the lock, as the description may need geometry whose making runs shaders.
+  std::string message = describe();
+  if (replay_) message += replay_(at);
+  const std::lock_guard lock(mutex_);
+  entry->message = std::move(message);
+  entry->where = where;
+}
+
 void ShaderHost::summarize(ErrorHandler& errors) {
   decltype(reports_) reports;
   {

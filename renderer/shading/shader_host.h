@@ -34,6 +34,15 @@ class ShaderHost {
   void report(std::string_view shader, const Location& where, PatinaReport severity, int32_t code,
               std::string_view message);
 
+  /// Codes of what the host finds wrong with a shader's results; a shader's own are what it likes.
+  enum Fault : int32_t { kBadValues = -1, kBadView = -2, kBadDisplacement = -3, kBadLight = -4 };
+  /// Counts points for which a shader gave what cannot be used. `describe` says of the first of each (shader,
+  /// fault) what was given and where; `at` is its place in the world.
+  void fault(std::string_view shader, const Location& where, Fault fault, uint64_t points, const V3f& at,
+             const std::function<std::string()>& describe);
+  /// Says, at the end of such a message, which pixels were made meanwhile and how that is done again. [main]
+  void setReplay(std::function<std::string(const V3f& at)> replay) { replay_ = std::move(replay); }
+
   /// Hands every message that came since the last call to `errors`, once, with its count.
   void summarize(ErrorHandler& errors);
 
@@ -48,6 +57,7 @@ class ShaderHost {
   };
 
   FindSpace findSpace_;
+  std::function<std::string(const V3f& at)> replay_;
   TextureService* textures_;
   std::mutex mutex_;
   std::map<std::tuple<std::string, PatinaReport, int32_t>, Entry> reports_;

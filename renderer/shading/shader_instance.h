@@ -63,6 +63,12 @@ class ShaderInstance {
     return shader_.view(data_, &in, &out);
   }
 
+  /// Counts points whose results cannot be used: see ShaderHost::fault(). [any thread]
+  void fault(ShaderHost::Fault fault, uint64_t points, const V3f& at,
+             const std::function<std::string()>& describe) const {
+    host_.fault(name(), where_, fault, points, at, describe);
+  }
+
   /// What the plugin calls back; also where callers report what they found wrong with its results.
   const PatinaHost& host() const { return table_; }
 

@@ -2,6 +2,8 @@
 // Batches of points through the entry points `radiosity` and `view`.
 #include "renderer/shading/surface_shading.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <numeric>
 #include <string>
@@ -12,15 +14,39 @@
 namespace patina {
 namespace {
 
-STAT_COUNTER("Shaders/values that were not finite", badValues);
+STAT_COUNTER("Shaders/points with values replaced", replacedPoints);
 constexpr size_t kBatch = 256;
 
-/// NaN, infinity and what would overflow a sum of squares do not leave a shader.
+/// Light and shares of light that are NaN, infinite, negative or so large that a sum of squares would
+/// overflow do not leave a shader: the colour counts as black. Rounding below zero is none of that.
 bool repair(Rgb& c) {
-  if (std::abs(c.x) < 1e18f && std::abs(c.y) < 1e18f && std::abs(c.z) < 1e18f) return false;
-  c = Rgb(0, 0, 0);
-  return true;
+  const auto good = [](float x) { return x >= 0 && x < 1e18f; };
+  if (good(c.x) && good(c.y) && good(c.z)) return false;
+  bool wrong = false;
+  for (int k = 0; k < 3; ++k)
+    if (c[k] < 0 && c[k] > -1e-6f)
+      c[k] = 0;
+    else
+      wrong |= !good(c[k]);
+  if (wrong) c = Rgb(0, 0, 0);
+  return wrong;
 }
+
+/// Opacity that is none counts as one; larger values may be meant.
+bool repairOpacity(Rgb& opacity) {
+  const bool wrong = repair(opacity);
+  if (wrong) opacity = Rgb(1, 1, 1);
+  return wrong;
+}
+
+/// The points of a batch that had to be repaired.
+struct Repaired {
+  uint64_t count = 0;
+  size_t first = 0;
+  void note(size_t lane, bool wrong) {
+    if (wrong && count++ == 0) first = lane;
+  }
+};
 
 struct OutPlanes {
   PatinaOut3 out;
@@ -30,15 +56,21 @@ struct OutPlanes {
 }  // namespace
 
 struct SurfaceShading::Statistics {
-  std::array<std::string, 4> names;
-  StatCounter radiosityCalls, radiosityPoints, viewCalls, viewPoints;
+  std::array<std::string, 6> names;
+  StatCounter radiosityCalls, radiosityPoints, viewCalls, viewPoints, radiosityReplaced, viewReplaced;
   explicit Statistics(const std::string& shader)
-      : names{"Shaders/" + shader + "/radiosity/calls", "Shaders/" + shader + "/radiosity/points",
-              "Shaders/" + shader + "/view/calls", "Shaders/" + shader + "/view/points"},
+      : names{"Shaders/" + shader + "/radiosity/calls",
+              "Shaders/" + shader + "/radiosity/points",
+              "Shaders/" + shader + "/view/calls",
+              "Shaders/" + shader + "/view/points",
+              "Shaders/" + shader + "/radiosity/points with values replaced",
+              "Shaders/" + shader + "/view/points with values replaced"},
         radiosityCalls(names[0]),
         radiosityPoints(names[1]),
         viewCalls(names[2]),
-        viewPoints(names[3]) {}
+        viewPoints(names[3]),
+        radiosityReplaced(names[4]),
+        viewReplaced(names[5]) {}
 };
 
 SurfaceShading::~SurfaceShading() = default;
@@ -178,7 +210,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
       out.terms[k].opacity = geometry_.attributes(placement).opacity;
       if (const PrimVar* given = variables_[placement.traced].Os)
         geometry_.surface(placement).interpolate(*given, p.face, p.u, p.v, &out.terms[k].opacity.x);
-      if (repair(out.terms[k].opacity)) out.terms[k].opacity = Rgb(1, 1, 1);
+      repairOpacity(out.terms[k].opacity);
     }
   if (!radiosity && !view) return;
   const uint64_t reads =
@@ -217,8 +249,22 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
   Planes& planes = batch.planes();
 
   Statistics& statistics = *statistics_[shaderIndex];
-  bool bad = false;
+  const auto report = [&](const char* entry, ShaderHost::Fault fault, const Repaired& repaired,
+                          StatCounter& counter) {
+    if (repaired.count == 0) return;
+    replacedPoints += static_cast<int64_t>(repaired.count);
+    counter += static_cast<int64_t>(repaired.count);
+    const ShadingPoint& first = point(repaired.first);
+    shader.fault(fault, repaired.count, first.P, [&] {
+      return fmt::format(
+          "{} gave values that are not finite, negative or too large; they count as zero, opacity as one. "
+          "The "
+          "first is at {}",
+          entry, placeOf(first));
+    });
+  };
   if (radiosity) {
+    Repaired repaired;
     PatinaRadiosityOut result{};
     result.struct_size = sizeof(result);
     result.emission = planes.out3(0), result.reflectance = planes.out3(0),
@@ -232,13 +278,13 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
         t.emission = OutPlanes{result.emission}[i], t.reflectance = OutPlanes{result.reflectance}[i];
         t.transmittance = OutPlanes{result.transmittance}[i], t.ambient = OutPlanes{result.ambient}[i];
         t.opacity = OutPlanes{result.opacity}[i];
-        const bool wrong =
-            repair(t.emission) | repair(t.reflectance) | repair(t.transmittance) | repair(t.ambient);
-        if (repair(t.opacity)) t.opacity = Rgb(1, 1, 1), bad = true;
-        bad |= wrong;
+        repaired.note(i, repair(t.emission) | repair(t.reflectance) | repair(t.transmittance) |
+                             repair(t.ambient) | repairOpacity(t.opacity));
       }
+    report("radiosity", ShaderHost::kBadValues, repaired, statistics.radiosityReplaced);
   }
   if (view) {
+    Repaired repaired;
     in.I = planes.fill3(n, [&](size_t i) { return point(i).I; });
     std::array<PatinaLobe, PATINA_MAX_LOBES> lobes{};
     for (PatinaLobe& lobe : lobes) {
@@ -257,28 +303,38 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
       for (size_t i = 0; i < n; ++i) {
         SurfaceTerms& t = out.terms[which[i]];
         Rgb emission = OutPlanes{result.emission}[i];
-        bad |= repair(emission);
+        bool wrong = repair(emission);
         t.viewEmission = emission;
         t.firstLobe = static_cast<uint32_t>(out.lobes.size());
         for (uint32_t k = 0; k < std::min(result.lobe_count, PATINA_MAX_LOBES); ++k) {
           Lobe lobe{lobes[k].type, OutPlanes{lobes[k].weight}[i], OutPlanes{lobes[k].transmission}[i],
                     lobes[k].alpha[i], lobes[k].eta[i]};
-          const bool wrong = repair(lobe.weight) | repair(lobe.transmission);
-          if (!(lobe.alpha >= 0 && lobe.alpha < 1e6f)) lobe.alpha = 0, bad = true;
-          if (!(lobe.eta > 1e-3f && lobe.eta < 1e3f)) lobe.eta = 1, bad = true;
+          wrong |= repair(lobe.weight) | repair(lobe.transmission);
+          if (!(lobe.alpha >= 0 && lobe.alpha < 1e6f)) lobe.alpha = 0, wrong = true;
+          if (!(lobe.eta > 1e-3f && lobe.eta < 1e3f)) lobe.eta = 1, wrong = true;
           if (!point(i).front) lobe.eta = 1 / lobe.eta;  // plugins say inside over outside
-          bad |= wrong;
           if (lobe.type != PATINA_LOBE_NONE && !(isBlack(lobe.weight) && isBlack(lobe.transmission)))
             out.lobes.push_back(lobe);
         }
         t.lobeCount = static_cast<uint32_t>(out.lobes.size()) - t.firstLobe;
+        repaired.note(i, wrong);
       }
+    report("view", ShaderHost::kBadView, repaired, statistics.viewReplaced);
   }
-  if (bad) {
-    ++badValues;
-    shader.host().report(shader.host().host, PATINA_REPORT_WARNING, -1,
-                         "returned values that are not finite; they count as zero");
-  }
+}
+
+/// Where a point is, for messages: in the world, and the patch.
+std::string SurfaceShading::placeOf(const ShadingPoint& p) const {
+  const Placement& placement = geometry_.placements()[p.placement];
+  const Patch& patch = geometry_.patches()[geometry_.patches().find(p.placement, p.face, p.u, p.v)];
+  std::string text =
+      fmt::format("({}, {}, {}), (u, v) = ({}, {}) of face {} of the primitive at {}", p.P.x, p.P.y, p.P.z,
+                  p.u, p.v, p.face, toString(geometry_.traced()[placement.traced].primitive->where));
+  const V2f end = patch.toFace(V2f(1, 1));
+  text += patch.group > 0
+              ? ", in a patch of many faces"
+              : fmt::format(", in the patch from ({}, {}) to ({}, {})", patch.u0, patch.v0, end.x, end.y);
+  return text;
 }
 
 }  // namespace patina

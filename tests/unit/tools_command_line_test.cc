@@ -129,5 +129,14 @@ TEST(CommandLineOptions, HelpAndVersionEndWell) {
   }
 }
 
+TEST(CommandLine, ReplaysWithoutCropWindowAndOutput) {
+  const std::vector<std::string> arguments{"-t:4", "-crop",   "0",       ".5",         "0",
+                                           "1",    "-o",      "old.exr", "--output=x", "-mode",
+                                           "path", "a b.rib", "it's.rib"};
+  // Quoted as a shell wants it.
+  EXPECT_EQ(replayArguments(arguments), "--threads 4 --mode path 'a b.rib' 'it'\\''s.rib'");
+  EXPECT_EQ(replayArguments({}), "");
+}
+
 }  // namespace
 }  // namespace patina

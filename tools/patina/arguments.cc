@@ -58,4 +58,31 @@ std::vector<std::string> normalizedArguments(std::span<const std::string> argume
   return result;
 }
 
+std::string replayArguments(std::span<const std::string> arguments) {
+  const std::vector<std::string> all = normalizedArguments(arguments);
+  std::string text;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const std::string& argument = all[i];
+    if (argument == "--crop") {
+      i += 4;
+    } else if (argument == "-o" || argument == "--output") {
+      ++i;
+    } else if (!argument.starts_with("--output=")) {
+      if (!text.empty()) text += ' ';
+      const bool plain = !argument.empty() && std::ranges::all_of(argument, [](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+               std::string_view("-_./:,=+%@").find(c) != std::string_view::npos;
+      });
+      if (plain) {
+        text += argument;
+        continue;
+      }
+      text += '\'';
+      for (const char c : argument) text += c == '\'' ? "'\\''" : std::string(1, c);
+      text += '\'';
+    }
+  }
+  return text;
+}
+
 }  // namespace patina

@@ -124,6 +124,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
     line.crop = crop;
   }
   render.shadeAtHits = shading == "hit" || render.unbiased;
+  render.replay = replayArguments(arguments);
   if (line.files.empty()) {
     if (isatty(STDIN_FILENO)) return usage("no RIB file is named");
     line.files.emplace_back("-");

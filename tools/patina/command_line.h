@@ -29,12 +29,15 @@ struct CommandLine {
   bool strict = false;
   bool allowPrograms = false;
   bool requests = false;  ///< the table of requests is printed and that is all
-  bool check = false;  ///< parse and validate only
+  bool check = false;     ///< parse and validate only
 };
 
 /// Reads the arguments (without the program's name). When there is nothing to do, because help was asked for
 /// or the usage was wrong, that has been printed and `exitStatus` is set.
 std::optional<CommandLine> parseCommandLine(std::span<const std::string> arguments, int& exitStatus);
+
+/// The arguments as a shell reads them, without crop window and output: what a message says to render again.
+std::string replayArguments(std::span<const std::string> arguments);
 
 /// The spellings in which other renderers' callers start a renderer (-Progress, -t:4, -res 640 480 ...) in
 /// Patina's own.
