@@ -12,6 +12,8 @@
 namespace patina {
 namespace {
 
+STAT_TIME("Time of threads/rays", rayTime);
+STAT_TIME("Time of threads/facets and their BVHs, made on demand", makingTime);
 STAT_COUNTER("Rays/camera", cameraRays);
 STAT_COUNTER("Rays/diffuse", diffuseRays);
 STAT_COUNTER("Rays/specular", specularRays);
@@ -166,11 +168,16 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
   s.device = rtcNewDevice(nullptr);
   s.unitDevice = rtcNewDevice(nullptr);
   if (!s.device || !s.unitDevice) throw std::runtime_error("Embree could not be started");
-  geometry.tessellations().setMaker(
-      {[&s](uint32_t unit) { return s.tessellate(unit); },
-       [&s](uint32_t unit, std::unique_ptr<Tessellation>& made) { s.trace(unit, made); },
-       [&s] { return static_cast<size_t>(std::max<int64_t>(s.unitBytes, 0)); },
-       [&s](uint32_t unit) { return s.guessBytes(unit); }});
+  geometry.tessellations().setMaker({[&s](uint32_t unit) {
+                                       const TimeShare share(makingTime);
+                                       return s.tessellate(unit);
+                                     },
+                                     [&s](uint32_t unit, std::unique_ptr<Tessellation>& made) {
+                                       const TimeShare share(makingTime);
+                                       s.trace(unit, made);
+                                     },
+                                     [&s] { return static_cast<size_t>(std::max<int64_t>(s.unitBytes, 0)); },
+                                     [&s](uint32_t unit) { return s.guessBytes(unit); }});
   rtcSetDeviceMemoryMonitorFunction(
       s.unitDevice,
       [](void* scenes, ssize_t bytes, bool) {
@@ -294,6 +301,7 @@ void Accel::Scenes::resolve(std::span<const Ray> rays, std::span<uint8_t> occlud
 }
 
 void Accel::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+  const TimeShare share(rayTime);
   count(rays);
   scenes_->traceBatch(rays, 1, hits, [&](size_t k, QueryContext& context) {
     RTCRayHit r = toEmbree(rays[k], static_cast<uint32_t>(k));
@@ -303,6 +311,7 @@ void Accel::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
 }
 
 void Accel::occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) const {
+  const TimeShare share(rayTime);
   count(rays);
   const Scenes& s = *scenes_;
   const bool defers = s.defers() && rays.size() > 1;
@@ -328,6 +337,7 @@ void Accel::occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) con
 }
 
 void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const {
+  const TimeShare share(rayTime);
   count(rays);
   scenes_->traceBatch(rays, 16, hits, [&](size_t base, QueryContext& context) {
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;

@@ -84,6 +84,33 @@ int64_t StatCounter::total() const {
   return registry.total(index_);
 }
 
+namespace {
+
+constexpr std::string_view kSeconds = " s";  // ends the names of counters of nanoseconds
+
+/// What a thread's time counts for, and since when.
+struct Running {
+  StatTime* share = nullptr;
+  std::chrono::steady_clock::time_point since;
+};
+thread_local Running running;
+
+}  // namespace
+
+StatTime::StatTime(std::string_view name) : nanoseconds_(std::string(name) + std::string(kSeconds)) {}
+
+TimeShare::TimeShare(StatTime& to) : before_(running.share) {
+  const auto now = std::chrono::steady_clock::now();
+  if (before_) before_->nanoseconds_ += std::chrono::nanoseconds(now - running.since).count();
+  running = {&to, now};
+}
+
+TimeShare::~TimeShare() {
+  const auto now = std::chrono::steady_clock::now();
+  running.share->nanoseconds_ += std::chrono::nanoseconds(now - running.since).count();
+  running = {before_, now};
+}
+
 PhaseTimer::PhaseTimer(const char* phase)
     : phase_(phase), wall_(std::chrono::steady_clock::now()), cpu_(processCpuSeconds()) {}
 
@@ -110,8 +137,10 @@ std::vector<StatEntry> statistics() {
   std::lock_guard lock(registry.mutex);
   std::vector<StatEntry> entries;
   for (size_t i = 0; i < registry.names.size(); ++i)
-    if (const int64_t n = registry.total(i))
-      entries.push_back({registry.names[i], static_cast<double>(n), true});
+    if (const int64_t n = registry.total(i)) {
+      const bool isTime = registry.names[i].ends_with(kSeconds);
+      entries.push_back({registry.names[i], static_cast<double>(n) * (isTime ? 1e-9 : 1), !isTime});
+    }
   for (const auto& [name, value] : registry.values) entries.push_back({name, value, false});
   for (const auto& [name, seconds] : registry.phases) {
     entries.push_back({"Time/" + name + "/wall s", seconds.first, false});

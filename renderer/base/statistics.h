@@ -4,6 +4,9 @@
 //   STAT_COUNTER("Radiosity cache/hits", cacheHits);      at file scope
 //   ++cacheHits;  cacheHits += n;                         from any thread: a thread-local addition
 //   { PhaseTimer timer("Geometry"); ... }                 wall and CPU time of a phase [main thread]
+//   STAT_TIME("Time of threads/rays", rayTime);           at file scope
+//   { TimeShare share(rayTime); ... }                     time that this thread spends here, and not in
+//                                                         other shares within; some 50 ns: for batches
 //
 // A name's slashes are its place in the tree. Counters of threads that have ended are kept.
 #pragma once
@@ -34,6 +37,30 @@ class StatCounter {
 };
 
 #define STAT_COUNTER(name, variable) static ::patina::StatCounter variable(name)
+
+/// Time that threads spend in one kind of work, in seconds of their wall clocks.
+class StatTime {
+ public:
+  explicit StatTime(std::string_view name);
+
+ private:
+  friend class TimeShare;
+  StatCounter nanoseconds_;
+};
+
+#define STAT_TIME(name, variable) static ::patina::StatTime variable(name)
+
+/// Its thread's time counts for `to` while it lives, but for that of shares within it.
+class TimeShare {
+ public:
+  explicit TimeShare(StatTime& to);
+  ~TimeShare();
+  TimeShare(const TimeShare&) = delete;
+  TimeShare& operator=(const TimeShare&) = delete;
+
+ private:
+  StatTime* const before_;
+};
 
 class PhaseTimer {
  public:

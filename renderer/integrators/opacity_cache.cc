@@ -11,6 +11,7 @@
 namespace patina {
 namespace {
 
+STAT_TIME("Time of threads/look-ups of opacity", lookupTime);
 STAT_COUNTER("Opacity cache/points shaded", pointsShaded);
 STAT_COUNTER("Opacity cache/look-ups answered", answered);
 STAT_COUNTER("Opacity cache/look-ups left to the shader", unanswered);
@@ -119,6 +120,7 @@ Rgb evaluate(const VertexWeights& around, const std::array<uint32_t, 4>& codes) 
 }  // namespace
 
 void OpacityCache::lookUp(std::span<Lookup> lookups) const {
+  const TimeShare share(lookupTime);
   thread_local Workspace w;
   const PatchTable& patches = geometry_.patches();
   w.waiting.clear();

@@ -146,7 +146,7 @@ void RadiosityIntegrator::step(Wave& wave) const {
   if (wave.walks[0].receiver == kNone && wave.walks[0].step == 0)
     world_.accel().intersectMany(wave.rays, wave.hits);
   else
-    for (size_t k = 0; k < n; ++k) wave.hits[k] = world_.accel().intersect(wave.rays[k]);
+    world_.accel().intersect(wave.rays, wave.hits);
 
   wave.active.clear(), wave.points.clear();
   for (uint32_t k = 0; k < n; ++k) {

@@ -15,6 +15,7 @@
 namespace patina {
 namespace {
 
+STAT_TIME("Time of threads/everything else", otherTime);
 STAT_COUNTER("Irradiance cache/vertices asked for", askedVertices);
 STAT_COUNTER("Irradiance cache/vertices interpolated", interpolatedVertices);
 STAT_COUNTER("Irradiance cache/vertices gathered", gatheredVertices);
@@ -153,6 +154,7 @@ bool RadiosityEngine::findIrradiance(Waiting& x) const {
 
 void RadiosityEngine::makeIrradiance(std::span<Fill> fills, std::vector<Waiting>& waiting,
                                      int nesting) const {
+  const TimeShare share(otherTime);
   Workspace &w = workspace(nesting), &inner = workspace(nesting + 1);
   w.fillRequests.clear();
   for (const Fill& fill : fills) {

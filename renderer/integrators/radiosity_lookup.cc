@@ -8,6 +8,8 @@
 namespace patina {
 namespace {
 
+STAT_TIME("Time of threads/look-ups of radiosity", lookupTime);
+STAT_TIME("Time of threads/everything else", otherTime);
 STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/batches of fills", fillBatches);
 STAT_COUNTER("Radiosity/entries made by another thread meanwhile", madeByOthers);
@@ -28,6 +30,7 @@ bool RadiosityEngine::evaluate(const VertexWeights& around, const uint64_t* code
 
 void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) const {
   if (!cache_ || depth > kCachedDepths) return;
+  const TimeShare share(lookupTime);
   Workspace& w = workspace(nesting);
   const PatchTable& patches = world_.geometry().patches();
   w.waiting.clear();
@@ -213,6 +216,7 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
     makeIrradiance(fills, waiting, nesting);
     return;
   }
+  const TimeShare share(otherTime);
   ++fillBatches;
   Workspace& w = workspace(nesting);
   const PatchTable& patches = world_.geometry().patches();

@@ -19,6 +19,8 @@
 namespace patina {
 namespace {
 
+STAT_TIME("Time of threads/everything else", otherTime);
+
 std::unique_ptr<Integrator> makeIntegrator(const World& world, const std::string& mode) {
   if (mode == "path") return makePathIntegrator(world);
   if (mode == "direct") return makeRadiosityIntegrator(world, false, false);
@@ -68,6 +70,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
         [&](const tbb::blocked_range<int>& range) {
           for (int k = range.begin(); k < range.end(); ++k) {
             if (settings.interrupted && settings.interrupted()) return;
+            const TimeShare share(otherTime);
             FilmTile tile = film->begin(k);
             const PixelRect& pixels = tile.samplePixels();
             const WorkPlaceScope place({pixels.x0, pixels.y0, pixels.x1, pixels.y1});

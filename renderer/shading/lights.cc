@@ -12,6 +12,8 @@
 namespace patina {
 namespace {
 
+STAT_TIME("Time of threads/lights", lightTime);
+
 constexpr size_t kBatch = 256;
 
 Rgb at(const PatinaOut3& out, size_t i) { return {out.x[i], out.y[i], out.z[i]}; }
@@ -136,6 +138,7 @@ PatinaLightOut makeOut(Planes& planes) {
 
 void Lights::sample(uint32_t index, std::span<const V3f> points, std::span<const V2f> random,
                     std::span<LightSample> out) const {
+  const TimeShare share(lightTime);
   const Entry& light = lights_[index];
   std::fill(out.begin(), out.end(), LightSample{});
   if (light.kind == PATINA_LIGHT_NONE || light.kind == PATINA_LIGHT_AMBIENT) return;
@@ -199,6 +202,7 @@ void Lights::sample(uint32_t index, std::span<const V3f> points, std::span<const
 }
 
 void Lights::ambient(uint32_t index, std::span<const V3f> points, std::span<Rgb> out) const {
+  const TimeShare share(lightTime);
   const Entry& light = lights_[index];
   std::fill(out.begin(), out.end(), Rgb(0, 0, 0));
   if (light.kind != PATINA_LIGHT_AMBIENT) return;
@@ -217,6 +221,7 @@ void Lights::ambient(uint32_t index, std::span<const V3f> points, std::span<Rgb>
 
 void Lights::evaluate(uint32_t index, std::span<const V3f> points, std::span<const V3f> directions,
                       std::span<Rgb> radiance, std::span<float> pdf) const {
+  const TimeShare share(lightTime);
   const Entry& light = lights_[index];
   std::fill(radiance.begin(), radiance.end(), Rgb(0, 0, 0));
   std::fill(pdf.begin(), pdf.end(), 0.0f);

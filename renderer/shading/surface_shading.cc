@@ -14,6 +14,7 @@
 namespace patina {
 namespace {
 
+STAT_TIME("Time of threads/surface shaders", shaderTime);
 STAT_COUNTER("Shaders/points with values replaced", replacedPoints);
 constexpr size_t kBatch = 256;
 
@@ -166,6 +167,7 @@ ShadingPoint SurfaceShading::at(uint32_t placement, uint32_t face, float u, floa
 
 void SurfaceShading::shade(std::span<const ShadingPoint> points, ShadingParts parts,
                            ShadedPoints& out) const {
+  const TimeShare share(shaderTime);
   out.terms.assign(points.size(), SurfaceTerms{});
   out.lobes.clear();
   thread_local std::vector<uint32_t> order;
