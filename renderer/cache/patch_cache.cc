@@ -91,25 +91,52 @@ typename PatchCacheOf<Word>::Places PatchCacheOf<Word>::placesOf(const Table& ta
 template <class Word>
 bool PatchCacheOf<Word>::find(const CacheKey& key, Level level, std::span<const uint32_t> which,
                               Word* codes) const {
+  Probe at = probe(key, level);
+  locate(at, which);
+  return read(at, which, codes);
+}
+
+template <class Word>
+typename PatchCacheOf<Word>::Probe PatchCacheOf<Word>::probe(const CacheKey& key, Level level) const {
   const Table& table = this->table(level);
-  if (table.sets == 0) return false;
-  const uint64_t wanted = keyBits(key, level);
-  const Places places = placesOf(table, wanted);
-  for (uint32_t way = 0; way < 2 * kWays; ++way) {
-    const uint64_t slot = places.slot(way);
-    const uint64_t tag = table.tags[slot].load(std::memory_order_acquire);
-    if ((tag & kKeyMask) != wanted) continue;
-    const std::atomic<Word>* data = table.data + slot * table.words;
-    for (size_t k = 0; k < which.size(); ++k) codes[k] = data[which[k]].load(std::memory_order_acquire);
-    const uint64_t after = table.tags[slot].load(std::memory_order_relaxed);
-    if ((after & ~(kUsed | kLocked)) != (tag & ~(kUsed | kLocked))) return false;
-    if (!(after & kUsed)) {
-      uint64_t expected = after;
-      table.tags[slot].compare_exchange_strong(expected, after | kUsed, std::memory_order_relaxed);
+  Probe at{keyBits(key, level), {0, 0}, kNoSlot, level};
+  if (table.sets == 0) return at;
+  at.first = placesOf(table, at.wanted).first;
+  for (const uint64_t first : at.first) __builtin_prefetch(&table.tags[first]);
+  return at;
+}
+
+template <class Word>
+void PatchCacheOf<Word>::locate(Probe& at, std::span<const uint32_t> which) const {
+  const Table& table = this->table(at.level);
+  if (table.sets == 0) return;
+  for (const uint64_t first : at.first)
+    for (uint64_t slot = first; slot < first + kWays; ++slot) {
+      if ((table.tags[slot].load(std::memory_order_relaxed) & kKeyMask) != at.wanted) continue;
+      at.slot = slot;
+      const std::atomic<Word>* data = table.data + slot * table.words;
+      __builtin_prefetch(&data[which.front()]);
+      __builtin_prefetch(&data[which.back()]);
+      return;
     }
-    return true;
+}
+
+template <class Word>
+bool PatchCacheOf<Word>::read(const Probe& at, std::span<const uint32_t> which, Word* codes) const {
+  if (at.slot == kNoSlot) return false;
+  const Table& table = this->table(at.level);
+  std::atomic<uint64_t>& its = table.tags[at.slot];
+  const uint64_t tag = its.load(std::memory_order_acquire);
+  if ((tag & kKeyMask) != at.wanted) return false;  // it was evicted meanwhile
+  const std::atomic<Word>* data = table.data + at.slot * table.words;
+  for (size_t k = 0; k < which.size(); ++k) codes[k] = data[which[k]].load(std::memory_order_acquire);
+  const uint64_t after = its.load(std::memory_order_relaxed);
+  if ((after & ~(kUsed | kLocked)) != (tag & ~(kUsed | kLocked))) return false;
+  if (!(after & kUsed)) {
+    uint64_t expected = after;
+    its.compare_exchange_strong(expected, after | kUsed, std::memory_order_relaxed);
   }
-  return false;
+  return true;
 }
 
 template <class Word>
@@ -131,7 +158,6 @@ bool PatchCacheOf<Word>::tryStore(const Table& table, const CacheKey& key, Level
       if (all || codes[k] != kMissing) data[k].store(codes[k], std::memory_order_release);
   };
   // The entry itself, an empty slot, or the first slot that was not used since the hand last passed (CLOCK).
-  constexpr uint64_t kNoSlot = ~uint64_t{0};
   uint64_t victim = kNoSlot, tag = 0;
   for (uint32_t way = 0; way < 2 * kWays; ++way) {
     const uint64_t slot = places.slot(way);

@@ -53,6 +53,19 @@ class PatchCacheOf {
   /// blocks that were stored in part read kMissing. [any thread]
   bool find(const CacheKey& key, Level level, std::span<const uint32_t> which, Word* codes) const;
 
+  /// find() in three steps, for many keys at a time: each step asks memory for what the next one needs, and
+  /// other keys' steps pass the time until it is there.
+  struct Probe {
+    uint64_t wanted;
+    std::array<uint64_t, 2> first;  // slots of two sets
+    uint64_t slot;
+    Level level;
+  };
+  Probe probe(const CacheKey& key, Level level) const;               ///< [any thread]
+  void locate(Probe& probe, std::span<const uint32_t> which) const;  ///< [any thread]
+  /// What find() gives. [any thread]
+  bool read(const Probe& probe, std::span<const uint32_t> which, Word* codes) const;
+
   /// Stores a block, in the place of one that has not been used for a while. `codes` holds all vertices of
   /// the block, in order; kMissing leaves what is there. Waits while another thread writes the same block;
   /// does nothing when all slots that it might take are being written. [any thread]
@@ -69,6 +82,7 @@ class PatchCacheOf {
   size_t resident() const;
 
  private:
+  static constexpr uint64_t kNoSlot = ~uint64_t{0};
   static constexpr uint32_t kWays = 8;
   struct Table {
     uint32_t words = 0;  ///< per slot

@@ -57,7 +57,7 @@ RadiosityEngine::Workspace& RadiosityEngine::workspace(int nesting) const {
 size_t RadiosityEngine::raysAtOnce() const {
   // Enough that few calls of shaders and look-ups are for a handful of points, and little enough for a cache
   // of megabytes. Where facets go and come back a batch has each made once, and so it had better be larger.
-  return world_.geometry().tessellations().isTight() ? size_t{1} << 16 : size_t{1} << 13;
+  return world_.geometry().tessellations().isTight() ? size_t{1} << 16 : size_t{1} << 12;
 }
 
 size_t RadiosityEngine::pointsAtOnce(int raysOfEach) const {

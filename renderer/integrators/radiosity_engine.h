@@ -151,6 +151,9 @@ class RadiosityEngine {
   /// Radiance at hits at diffuse depth `depth`, from the cache or made and kept; those that the cache has no
   /// place for are not found.
   void lookUp(std::span<Lookup> lookups, int depth, int nesting) const;
+  enum class Settled : uint8_t { Done, Waits, GoesFiner };
+  CacheKey place(const Lookup& lookup, uint32_t k, uint32_t patch, Level level, int depth, Waiting& x) const;
+  static Settled take(Lookup& lookup, Waiting& x, bool known, std::vector<Waiting>& waiting);
   void tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t patch, Level level, int depth,
                  std::vector<Waiting>& waiting) const;
   void make(std::vector<Waiting>& waiting, int depth, int nesting) const;

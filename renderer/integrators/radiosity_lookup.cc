@@ -33,7 +33,23 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
   const TimeShare share(lookupTime);
   Workspace& w = workspace(nesting);
   const PatchTable& patches = world_.geometry().patches();
-  w.waiting.clear();
+  w.waiting.clear(), w.placed.clear();
+  std::array<int64_t, kLevels> asked{}, hits{};
+  // So many look-ups wait for memory together.
+  constexpr size_t kTogether = 64;
+  const auto settle = [&] {
+    for (Workspace::Placed& p : w.placed) cache_->locate(p.probe, p.x.inBlockOf());
+    for (const Workspace::Placed& p : w.placed) {
+      Waiting x = p.x;
+      const bool known = cache_->read(p.probe, x.inBlockOf(), x.codes.data());
+      ++asked[static_cast<size_t>(x.stored)];
+      const Settled settled = take(lookups[x.lookup], x, known, w.waiting);
+      hits[static_cast<size_t>(x.stored)] += settled != Settled::Waits;
+      if (settled == Settled::GoesFiner)
+        tryLevels(lookups, x.lookup, x.patch, finer(x.level), depth, w.waiting);
+    }
+    w.placed.clear();
+  };
   for (uint32_t k = 0; k < lookups.size(); ++k) {
     const Hit& hit = *lookups[k].hit;
     if (world_.shading().shaderOf(hit.placement).has(PATINA_TRAIT_NOT_CACHEABLE)) continue;
@@ -56,7 +72,16 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
     if (patch.group == 1 && lookups[k].bounces <= 0) continue;
     Level level = Level::Coarse;
     while (level != Level::Fine && patch.spacingAt(level) > widest) level = finer(level);
-    tryLevels(lookups, k, index, level, depth, w.waiting);
+    Workspace::Placed& p = w.placed.emplace_back();
+    const CacheKey key = place(lookups[k], k, index, level, depth, p.x);
+    p.probe = cache_->probe(key, p.x.stored);
+    if (w.placed.size() == kTogether) settle();
+  }
+  settle();
+  for (int level = 0; level < kLevels; ++level) {
+    CacheStatistics& statistics = cacheStatistics(static_cast<Level>(level), depth);
+    statistics.lookups += asked[static_cast<size_t>(level)];
+    statistics.hits += hits[static_cast<size_t>(level)];
   }
   while (!w.waiting.empty()) {
     make(w.waiting, depth, nesting);
@@ -79,39 +104,50 @@ void RadiosityEngine::correct(Lookup& lookup, float chance, uint64_t seed) {
   lookup.truth = 1 / chance;
 }
 
+/// Where the value of a look-up at a level is.
+CacheKey RadiosityEngine::place(const Lookup& lookup, uint32_t k, uint32_t index, Level level, int depth,
+                                Waiting& x) const {
+  const Hit& hit = *lookup.hit;
+  const Patch& patch = world_.geometry().patches()[index];
+  const V2f local = patch.toLocal(hit.u, hit.v);
+  x.lookup = k, x.patch = index, x.front = hit.front, x.level = level, x.counted = false;
+  x.stored = patch.canonical(level);
+  x.around = patch.locate(x.stored, local.x, local.y);
+  x.block = 0;
+  if (x.stored == Level::Fine)
+    x.block = patch.blockOf(x.around, x.inBlock.data());
+  else
+    std::copy_n(x.around.index, x.around.count, x.inBlock.begin());
+  x.bounces = keptBounces(lookup.bounces);
+  return {index, hit.front, static_cast<uint8_t>(depth), x.block, x.bounces};
+}
+
+/// Takes the value if it is `known`, or has it wait to be made.
+RadiosityEngine::Settled RadiosityEngine::take(Lookup& lookup, Waiting& x, bool known,
+                                               std::vector<Waiting>& waiting) {
+  if (!known) x.codes.fill(PackedRgb::kMissing);
+  lookup.found = known && evaluate(x.around, x.codes.data(), lookup.radiance);
+  // What is missing of the fine level was not made; of the others, something stands there.
+  if (!lookup.found && (!known || x.stored == Level::Fine)) {
+    waiting.push_back(x);
+    return Settled::Waits;
+  }
+  return lookup.found || x.level == Level::Fine ? Settled::Done : Settled::GoesFiner;
+}
+
 /// From `level` on: finds the value, or finds that it must be made, or, where something stands in the cells
 /// of all levels, nothing.
 void RadiosityEngine::tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t index, Level level, int depth,
                                 std::vector<Waiting>& waiting) const {
-  Lookup& lookup = lookups[k];
-  const Hit& hit = *lookup.hit;
-  const Patch& patch = world_.geometry().patches()[index];
-  const V2f local = patch.toLocal(hit.u, hit.v);
   for (;; level = finer(level)) {
     Waiting x;
-    x.stored = patch.canonical(level);
-    x.around = patch.locate(x.stored, local.x, local.y);
-    const auto count = static_cast<size_t>(x.around.count);
-    x.block = 0;
-    if (x.stored == Level::Fine)
-      x.block = patch.blockOf(x.around, x.inBlock.data());
-    else
-      std::copy_n(x.around.index, count, x.inBlock.begin());
-    x.bounces = keptBounces(lookup.bounces);
-    const CacheKey key{index, hit.front, static_cast<uint8_t>(depth), x.block, x.bounces};
+    const CacheKey key = place(lookups[k], k, index, level, depth, x);
     CacheStatistics& statistics = cacheStatistics(x.stored, depth);
     ++statistics.lookups;
-    const bool known = cache_->find(key, x.stored, {x.inBlock.data(), count}, x.codes.data());
-    if (!known) x.codes.fill(PackedRgb::kMissing);
-    lookup.found = known && evaluate(x.around, x.codes.data(), lookup.radiance);
-    // What is missing of the fine level was not made; of the others, something stands there.
-    if (!lookup.found && (!known || x.stored == Level::Fine)) {
-      x.lookup = k, x.patch = index, x.front = hit.front, x.level = level, x.counted = false;
-      waiting.push_back(x);
-      return;
-    }
-    ++statistics.hits;
-    if (lookup.found || level == Level::Fine) return;
+    const bool known = cache_->find(key, x.stored, x.inBlockOf(), x.codes.data());
+    const Settled settled = take(lookups[k], x, known, waiting);
+    if (settled != Settled::Waits) ++statistics.hits;
+    if (settled != Settled::GoesFiner) return;
   }
 }
 

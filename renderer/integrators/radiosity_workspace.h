@@ -48,6 +48,7 @@ struct RadiosityEngine::Waiting {
   VertexWeights around;
   std::array<uint32_t, 4> inBlock;
   std::array<uint64_t, 4> codes;
+  std::span<const uint32_t> inBlockOf() const { return {inBlock.data(), static_cast<size_t>(around.count)}; }
 };
 
 /// Codes that something waits for: all of a patch's level, or one fine vertex. The key says which, at which
@@ -193,6 +194,11 @@ struct RadiosityEngine::Workspace {
   std::vector<Rgb> irradianceFound;
   // lookUp
   std::vector<Lookup> lookups;
+  struct Placed {
+    Waiting x;
+    PatchCache::Probe probe;
+  };
+  std::vector<Placed> placed;
   std::vector<Waiting> waiting, again;
   std::vector<Want> wants;
   std::vector<Fill> fills, others;  // to be made here, and by other threads
