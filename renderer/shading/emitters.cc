@@ -141,7 +141,16 @@ float Emitters::rectangleSolidAngle(const Shape& s, const V3f& from) {
 }
 
 void Emitters::sampleRectangle(const Shape& s, const V3f& from, V2f random, EmitterSample& out) {
-  const SphericalRectangle rectangle(s.corner, s.edge1, s.edge2, from);
+  // Many samples of one point follow each other.
+  struct Last {
+    V3f corner, edge1, edge2, from;
+    SphericalRectangle rectangle;
+  };
+  thread_local Last last{
+      {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}}};
+  if (last.from != from || last.corner != s.corner || last.edge1 != s.edge1 || last.edge2 != s.edge2)
+    last = {s.corner, s.edge1, s.edge2, from, SphericalRectangle(s.corner, s.edge1, s.edge2, from)};
+  const SphericalRectangle& rectangle = last.rectangle;
   if (rectangle.solidAngle < kSmallestSolidAngle) {
     out.P = s.corner + s.edge1 * random.x + s.edge2 * random.y;
     const V3f d = out.P - from;
