@@ -155,7 +155,7 @@ def texture(folder, name, width, height, color):
 
 
 def target_folder():
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         raise SystemExit(f"usage: {sys.argv[0]} FOLDER")
     os.makedirs(sys.argv[1], exist_ok=True)
     return sys.argv[1]
