@@ -290,7 +290,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     const uint64_t cell =
         uint64_t{index} << 17 | uint64_t{p.front} << 16 | uint64_t{upper} << 15 | around.index[0];
     const auto [at, isNewCell] = wave.cellOf.try_emplace(cell, static_cast<uint32_t>(wave.cells.size()));
-    if (isNewCell) wave.cells.push_back({index, around, p}), wave.cellKeys.push_back(cell);
+    if (isNewCell) wave.cells.push_back({index, p.front, around, &p}), wave.cellKeys.push_back(cell);
     wave.inCells.emplace_back(i, at->second);
   }
   wave.separated.resize(wave.cells.size());
@@ -304,7 +304,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
       continue;
     }
     const uint32_t index = wave.cells[at].patch;
-    const bool front = wave.cells[at].met.front;
+    const bool front = wave.cells[at].front;
     const uint8_t bounces = RadiosityEngine::keptBounces(wave.walks[wave.active[i]].bounces);
     for (int k = 0; k < around.count; ++k) {
       const uint64_t key =

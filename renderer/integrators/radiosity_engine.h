@@ -93,13 +93,14 @@ class RadiosityEngine {
   /// A cell of a patch, where a point of it was met: the vertices around that, of the fine level.
   struct Cell {
     uint32_t patch;
+    bool front;
     VertexWeights around;
-    ShadingPoint met;
+    const ShadingPoint* met;  ///< nullptr: none in particular
   };
   /// Whether something stands between the vertices of each cell, so that interpolating them would carry light
   /// or darkness through it (a vertex inside a box that stands on the patch, or behind a wall); what holds
   /// for one point of a cell is taken to hold for all. [any thread]
-  void separated(std::span<const Cell> cells, std::span<uint8_t> out) const;
+  void separated(std::span<const Cell> cells, std::span<uint8_t> out, int nesting = 0) const;
 
   const World& world() const { return world_; }
   const PatchCache* cache() const { return cache_.get(); }
@@ -111,6 +112,11 @@ class RadiosityEngine {
   static constexpr int kMostKept = 15;
   /// What stands for the depth in the keys of irradiance at the camera's vertices.
   static constexpr uint8_t kIrradiance = kCachedDepths + 1, kDistances = kIrradiance + 1;
+  /// ... and of what is kept of cells: 1 when something stands in them, else 0.
+  static constexpr uint8_t kStanding = kDistances + 1;
+  /// Covers of vertices count, of the coarse and medium level and of nodes, when they are so near, as parts
+  /// of the vertices' distance: above that chords see what casts its shadow on them.
+  static constexpr float kCover = 0.05f;
   struct Workspace;
   struct GatherRay;
   struct Lookup;
@@ -152,9 +158,10 @@ class RadiosityEngine {
   /// place for are not found.
   void lookUp(std::span<Lookup> lookups, int depth, int nesting) const;
   enum class Settled : uint8_t { Done, Waits, GoesFiner };
-  CacheKey place(const Lookup& lookup, uint32_t k, uint32_t patch, Level level, int depth, Waiting& x) const;
+  CacheKey place(const Lookup& lookup, uint32_t k, uint32_t patch, Level level, int depth, Workspace& w,
+                 Waiting& x) const;
   static Settled take(Lookup& lookup, Waiting& x, bool known, std::vector<Waiting>& waiting);
-  void tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t patch, Level level, int depth,
+  void tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t patch, Level level, int depth, Workspace& w,
                  std::vector<Waiting>& waiting) const;
   void make(std::vector<Waiting>& waiting, int depth, int nesting) const;
   /// Decides by chance whether a sample of the hit's own radiance is to correct a look-up's value.
@@ -164,7 +171,10 @@ class RadiosityEngine {
   static bool evaluate(const VertexWeights& around, const uint64_t* codes, Rgb& radiance);
   using PointPair = std::array<const ShadingPoint*, 2>;
   /// Whether something stands between the points of each pair: 1, else 0.
-  void blocked(std::span<const PointPair> pairs, std::span<uint8_t> out, Workspace& w) const;
+  /// Or a cover is above one of them, no farther than `reach` times their distance, and not above the other.
+  void blocked(std::span<const PointPair> pairs, float reach, std::span<uint8_t> out, Workspace& w) const;
+  void findCovers(std::span<const PointPair> pairs, float reach, Workspace& w) const;
+  void leaveSeparated(std::span<Lookup> lookups, int nesting) const;
   void hidden(std::span<const PointPair> pairs, std::span<uint8_t> out, Workspace& w) const;
   void cutAway(std::span<const Request> points, std::span<uint64_t> codes, Workspace& w) const;
   bool isDisplaced(uint32_t placement) const {

@@ -241,7 +241,7 @@ void RadiosityEngine::findSmooth(Workspace& w) const {
   cutAway(w.ends, w.fillCodes, w);
   for (const auto& [k, end] : w.pairOf) w.pairs.push_back({&w.ends[end].point, &w.ends[end + 1].point});
   w.separated.resize(w.pairs.size());
-  blocked(w.pairs, w.separated, w);
+  blocked(w.pairs, kCover, w.separated, w);
   for (size_t p = 0; p < w.pairs.size(); ++p) {
     const auto [k, end] = w.pairOf[p];
     if (w.separated[p] || w.fillCodes[end] == PackedRgb::kMissing ||

@@ -12,6 +12,13 @@ STAT_TIME("Time of threads/look-ups of radiosity", lookupTime);
 STAT_TIME("Time of threads/everything else", otherTime);
 STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/batches of fills", fillBatches);
+STAT_COUNTER("Radiosity cache/rays/met something", rayLookups);
+STAT_COUNTER("Radiosity cache/rays/found their value", rayFound);
+STAT_COUNTER("Radiosity cache/rays/shaded, as the shader is not cacheable", rayNotCacheable);
+STAT_COUNTER("Radiosity cache/rays/shaded, as they are too short", rayShort);
+STAT_COUNTER("Radiosity cache/rays/shaded, as they are too narrow", rayNarrow);
+STAT_COUNTER("Radiosity cache/rays/shaded, as they are the last ones and meet small faces", rayLast);
+STAT_COUNTER("Radiosity cache/rays/shaded, as something stands in the cell", raySeparated);
 STAT_COUNTER("Radiosity/entries made by another thread meanwhile", madeByOthers);
 
 constexpr Level finer(Level level) { return static_cast<Level>(static_cast<int>(level) + 1); }
@@ -33,7 +40,7 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
   const TimeShare share(lookupTime);
   Workspace& w = workspace(nesting);
   const PatchTable& patches = world_.geometry().patches();
-  w.waiting.clear(), w.placed.clear();
+  w.waiting.clear(), w.placed.clear(), w.fineCells.clear();
   std::array<int64_t, kLevels> asked{}, hits{};
   // So many look-ups wait for memory together.
   constexpr size_t kTogether = 64;
@@ -46,13 +53,18 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
       const Settled settled = take(lookups[x.lookup], x, known, w.waiting);
       hits[static_cast<size_t>(x.stored)] += settled != Settled::Waits;
       if (settled == Settled::GoesFiner)
-        tryLevels(lookups, x.lookup, x.patch, finer(x.level), depth, w.waiting);
+        tryLevels(lookups, x.lookup, x.patch, finer(x.level), depth, w, w.waiting);
     }
     w.placed.clear();
   };
+  rayLookups += static_cast<int64_t>(lookups.size());
+  int64_t tried = 0, found = 0;
   for (uint32_t k = 0; k < lookups.size(); ++k) {
     const Hit& hit = *lookups[k].hit;
-    if (world_.shading().shaderOf(hit.placement).has(PATINA_TRAIT_NOT_CACHEABLE)) continue;
+    if (world_.shading().shaderOf(hit.placement).has(PATINA_TRAIT_NOT_CACHEABLE)) {
+      ++rayNotCacheable;
+      continue;
+    }
     uint32_t index = patches.find(hit.placement, hit.face, hit.u, hit.v);
     // The coarsest level whose vertices lie as close as the ray is wide, and closer than the ray is long.
     const float widest = std::min(lookups[k].footprint * settings_.levelScale, hit.t);
@@ -66,14 +78,21 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
            next = patches.coarser(index))
         index = next;
     const Patch& patch = patches[index];
-    if (patch.spacing > wide) continue;
+    if (patch.spacing > wide) {
+      ++(patch.spacing > hit.t ? rayShort : rayNarrow);
+      continue;
+    }
     // The finest groups are so many that a ray seldom finds one that another has made: they pay only where
     // their values save further bounces.
-    if (patch.group == 1 && lookups[k].bounces <= 0) continue;
+    if (patch.group == 1 && lookups[k].bounces <= 0) {
+      ++rayLast;
+      continue;
+    }
+    ++tried;
     Level level = Level::Coarse;
     while (level != Level::Fine && patch.spacingAt(level) > widest) level = finer(level);
     Workspace::Placed& p = w.placed.emplace_back();
-    const CacheKey key = place(lookups[k], k, index, level, depth, p.x);
+    const CacheKey key = place(lookups[k], k, index, level, depth, w, p.x);
     p.probe = cache_->probe(key, p.x.stored);
     if (w.placed.size() == kTogether) settle();
   }
@@ -90,11 +109,16 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
       Lookup& lookup = lookups[x.lookup];
       lookup.found = evaluate(x.around, x.codes.data(), lookup.radiance);
       if (!lookup.found && x.level != Level::Fine)
-        tryLevels(lookups, x.lookup, x.patch, finer(x.level), depth, w.again);
+        tryLevels(lookups, x.lookup, x.patch, finer(x.level), depth, w, w.again);
     }
     w.waiting.swap(w.again);
   }
-  for (Lookup& lookup : lookups) lookup.truth = lookup.found ? 0 : 1;
+  if (!w.fineCells.empty()) leaveSeparated(lookups, nesting);
+  for (Lookup& lookup : lookups) {
+    lookup.truth = lookup.found ? 0 : 1;
+    found += lookup.found;
+  }
+  rayFound += found, raySeparated += tried - found;
 }
 
 void RadiosityEngine::correct(Lookup& lookup, float chance, uint64_t seed) {
@@ -104,9 +128,9 @@ void RadiosityEngine::correct(Lookup& lookup, float chance, uint64_t seed) {
   lookup.truth = 1 / chance;
 }
 
-/// Where the value of a look-up at a level is.
+/// Where the value of a look-up at a level is; notes which cell of the fine level it is in.
 CacheKey RadiosityEngine::place(const Lookup& lookup, uint32_t k, uint32_t index, Level level, int depth,
-                                Waiting& x) const {
+                                Workspace& w, Waiting& x) const {
   const Hit& hit = *lookup.hit;
   const Patch& patch = world_.geometry().patches()[index];
   const V2f local = patch.toLocal(hit.u, hit.v);
@@ -114,10 +138,15 @@ CacheKey RadiosityEngine::place(const Lookup& lookup, uint32_t k, uint32_t index
   x.stored = patch.canonical(level);
   x.around = patch.locate(x.stored, local.x, local.y);
   x.block = 0;
-  if (x.stored == Level::Fine)
+  if (x.stored == Level::Fine) {
     x.block = patch.blockOf(x.around, x.inBlock.data());
-  else
+    // The upper triangle of a square begins above and to the right: its place is that of the lower one.
+    const bool upper = x.around.count == 3 && x.around.index[1] < x.around.index[0];
+    const uint32_t at = upper ? x.inBlock[2] - 1 : x.inBlock[0];
+    if (x.around.count >= 3) w.fineCells.push_back({index, hit.front, x.block, upper, at, k, x.around});
+  } else {
     std::copy_n(x.around.index, x.around.count, x.inBlock.begin());
+  }
   x.bounces = keptBounces(lookup.bounces);
   return {index, hit.front, static_cast<uint8_t>(depth), x.block, x.bounces};
 }
@@ -138,10 +167,10 @@ RadiosityEngine::Settled RadiosityEngine::take(Lookup& lookup, Waiting& x, bool 
 /// From `level` on: finds the value, or finds that it must be made, or, where something stands in the cells
 /// of all levels, nothing.
 void RadiosityEngine::tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t index, Level level, int depth,
-                                std::vector<Waiting>& waiting) const {
+                                Workspace& w, std::vector<Waiting>& waiting) const {
   for (;; level = finer(level)) {
     Waiting x;
-    const CacheKey key = place(lookups[k], k, index, level, depth, x);
+    const CacheKey key = place(lookups[k], k, index, level, depth, w, x);
     CacheStatistics& statistics = cacheStatistics(x.stored, depth);
     ++statistics.lookups;
     const bool known = cache_->find(key, x.stored, x.inBlockOf(), x.codes.data());
@@ -282,7 +311,7 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
   w.pairs.clear();
   for (const auto& [a, b] : w.pairOf) w.pairs.push_back({&w.fillRequests[a].point, &w.fillRequests[b].point});
   w.separated.resize(w.pairs.size());
-  blocked(w.pairs, w.separated, w);
+  blocked(w.pairs, kCover, w.separated, w);
   for (size_t k = 0; k < w.pairs.size(); ++k)
     if (w.separated[k]) w.fillCodes[w.pairOf[k][0]] = w.fillCodes[w.pairOf[k][1]] = PackedRgb::kMissing;
 

@@ -2,8 +2,11 @@
 // Scratch memory of the radiosity engine: one workspace per thread and nesting of fills.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <functional>
 #include <memory>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -217,6 +220,37 @@ struct RadiosityEngine::Workspace {
   std::vector<Ray> chords;
   std::vector<Hit> chordHits;
   std::vector<uint32_t> chordOf, chordsMet;
+  struct Cover {
+    const ShadingPoint* point;
+    float distance;  // to what is above it
+  };
+  std::vector<Cover> covers;  // by point
+  float coverOf(const ShadingPoint* point) const {
+    return std::lower_bound(covers.begin(), covers.end(), point,
+                            [](const Cover& c, const ShadingPoint* p) { return std::less<>()(c.point, p); })
+        ->distance;
+  }
+  std::vector<Ray> probes;
+  std::vector<Hit> probeHits;
+  /// A cell of the fine level, and where it is kept whether something stands in it.
+  struct FineCell {
+    uint32_t patch;
+    bool front;
+    uint8_t block, upper;  // upper: of the two triangles of a square
+    uint32_t index;        // in the block
+    uint32_t lookup;
+    VertexWeights around;
+    auto place() const { return std::tuple(patch, front, upper, block, index); }
+    bool operator<(const FineCell& other) const { return place() < other.place(); }
+    bool sameCell(const FineCell& other) const { return place() == other.place(); }
+    bool sameBlock(const FineCell& other) const {
+      return std::tuple(patch, front, upper, block) ==
+             std::tuple(other.patch, other.front, other.upper, other.block);
+    }
+  };
+  std::vector<FineCell> fineCells, cellPlaces;
+  std::vector<Cell> cells;
+  std::vector<uint8_t> cellSeparated;
   std::vector<int> entered;  // by pair: fronts met less backs met
   // follow
   std::vector<Walk> walks;
