@@ -174,6 +174,10 @@ class RadiosityEngine {
   /// Or a cover is above one of them, no farther than `reach` times their distance, and not above the other.
   void blocked(std::span<const PointPair> pairs, float reach, std::span<uint8_t> out, Workspace& w) const;
   void findCovers(std::span<const PointPair> pairs, float reach, Workspace& w) const;
+  template <class FineCell>
+  static CacheKey standingKey(const FineCell& cell) {
+    return {cell.patch, cell.front, kStanding, cell.block, cell.upper};
+  }
   void leaveSeparated(std::span<Lookup> lookups, int nesting) const;
   void hidden(std::span<const PointPair> pairs, std::span<uint8_t> out, Workspace& w) const;
   void cutAway(std::span<const Request> points, std::span<uint64_t> codes, Workspace& w) const;

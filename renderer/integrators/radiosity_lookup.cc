@@ -45,9 +45,16 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
   // So many look-ups wait for memory together.
   constexpr size_t kTogether = 64;
   const auto settle = [&] {
-    for (Workspace::Placed& p : w.placed) cache_->locate(p.probe, p.x.inBlockOf());
+    for (Workspace::Placed& p : w.placed) {
+      cache_->locate(p.probe, p.x.inBlockOf());
+      if (p.cell != kNone) cache_->locate(p.standing, {&w.fineCells[p.cell].index, 1});
+    }
     for (const Workspace::Placed& p : w.placed) {
       Waiting x = p.x;
+      if (p.cell != kNone) {
+        Workspace::FineCell& cell = w.fineCells[p.cell];
+        if (!cache_->read(p.standing, {&cell.index, 1}, &cell.code)) cell.code = PackedRgb::kMissing;
+      }
       const bool known = cache_->read(p.probe, x.inBlockOf(), x.codes.data());
       ++asked[static_cast<size_t>(x.stored)];
       const Settled settled = take(lookups[x.lookup], x, known, w.waiting);
@@ -92,8 +99,11 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
     Level level = Level::Coarse;
     while (level != Level::Fine && patch.spacingAt(level) > widest) level = finer(level);
     Workspace::Placed& p = w.placed.emplace_back();
+    const size_t cells = w.fineCells.size();
     const CacheKey key = place(lookups[k], k, index, level, depth, w, p.x);
     p.probe = cache_->probe(key, p.x.stored);
+    p.cell = w.fineCells.size() > cells ? static_cast<uint32_t>(cells) : kNone;
+    if (p.cell != kNone) p.standing = cache_->probe(standingKey(w.fineCells.back()), Level::Fine);
     if (w.placed.size() == kTogether) settle();
   }
   settle();
@@ -143,7 +153,8 @@ CacheKey RadiosityEngine::place(const Lookup& lookup, uint32_t k, uint32_t index
     // The upper triangle of a square begins above and to the right: its place is that of the lower one.
     const bool upper = x.around.count == 3 && x.around.index[1] < x.around.index[0];
     const uint32_t at = upper ? x.inBlock[2] - 1 : x.inBlock[0];
-    if (x.around.count >= 3) w.fineCells.push_back({index, hit.front, x.block, upper, at, k, x.around});
+    if (x.around.count >= 3)
+      w.fineCells.push_back({index, hit.front, x.block, upper, at, k, x.around, PackedRgb::kMissing});
   } else {
     std::copy_n(x.around.index, x.around.count, x.inBlock.begin());
   }

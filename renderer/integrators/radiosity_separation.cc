@@ -205,9 +205,11 @@ void RadiosityEngine::leaveSeparated(std::span<Lookup> lookups, int nesting) con
   w.cells.clear(), w.cellPlaces.clear();
   for (const Workspace::FineCell& found : w.fineCells) {
     if (!lookups[found.lookup].found) continue;
-    uint64_t code = PackedRgb::kMissing;
-    const CacheKey key{found.patch, found.front, kStanding, found.block, found.upper};
-    if (cache_->find(key, Level::Fine, {&found.index, 1}, &code) && code != PackedRgb::kMissing) {
+    uint64_t code = found.code;
+    if (code == PackedRgb::kMissing &&
+        !cache_->find(standingKey(found), Level::Fine, {&found.index, 1}, &code))
+      code = PackedRgb::kMissing;
+    if (code != PackedRgb::kMissing) {
       ++standingHits;
       if (code != 0) lookups[found.lookup].found = false;
       continue;
@@ -231,7 +233,7 @@ void RadiosityEngine::leaveSeparated(std::span<Lookup> lookups, int nesting) con
     codes[at.index] = w.cellSeparated[cell];
     if (w.cellSeparated[cell]) lookups[at.lookup].found = false;
     if (k + 1 == w.cellPlaces.size() || !at.sameBlock(w.cellPlaces[k + 1]))
-      cache_->store({at.patch, at.front, kStanding, at.block, at.upper}, Level::Fine, codes);
+      cache_->store(standingKey(at), Level::Fine, codes);
   }
 }
 

@@ -200,6 +200,8 @@ struct RadiosityEngine::Workspace {
   struct Placed {
     Waiting x;
     PatchCache::Probe probe;
+    PatchCache::Probe standing;  // whether something stands in its cell
+    uint32_t cell;               // of fineCells, or kNone
   };
   std::vector<Placed> placed;
   std::vector<Waiting> waiting, again;
@@ -240,6 +242,7 @@ struct RadiosityEngine::Workspace {
     uint32_t index;        // in the block
     uint32_t lookup;
     VertexWeights around;
+    uint64_t code;  // whether something stands there, or kMissing
     auto place() const { return std::tuple(patch, front, upper, block, index); }
     bool operator<(const FineCell& other) const { return place() < other.place(); }
     bool sameCell(const FineCell& other) const { return place() == other.place(); }
