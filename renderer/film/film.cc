@@ -200,6 +200,16 @@ FilmTile Film::begin(int index) const {
   return tile;
 }
 
+std::uint64_t Film::openBytes() const {
+  // The tiles are a grid: their pixels are the product of what its columns and its rows have.
+  std::uint64_t columns = 0, rows = 0;
+  const auto pixelsOf = [&](int index) { return intersection(reach(tileSamplePixels(index)), pixels_); };
+  for (int x = 0; x < tilesX_; ++x) columns += static_cast<std::uint64_t>(pixelsOf(x).width());
+  for (int y = 0; y < tilesY_; ++y) rows += static_cast<std::uint64_t>(pixelsOf(y * tilesX_).height());
+  const std::size_t channels = settings_.channels.size();
+  return columns * rows * ((channels + 1) * sizeof(double) + channels * sizeof(float));
+}
+
 // The colour is taken from the raster's tile grid, not the crop window's, so that a crop adds in the same
 // order.
 int Film::colour(int index) const {
@@ -256,7 +266,12 @@ void Film::merge(int index) {
   const std::unique_ptr<FilmTile> owned = std::move(waiting_[at]);
   states_[at] = TileState::Merged;
   ++mergedTiles_;
-  const FilmTile& tile = *owned;
+  add(*owned);
+  sampleCounter += static_cast<std::int64_t>(owned->samples_);
+  refusedCounter += static_cast<std::int64_t>(owned->refused_);
+}
+
+void Film::add(const FilmTile& tile) {
   const std::size_t channels = settings_.channels.size();
   for (int y = tile.pixels_.y0; y < tile.pixels_.y1; ++y)
     for (int x = tile.pixels_.x0; x < tile.pixels_.x1; ++x) {
@@ -278,8 +293,15 @@ void Film::merge(int index) {
   }
   samples_ += tile.samples_;
   refused_ += tile.refused_;
-  sampleCounter += static_cast<std::int64_t>(tile.samples_);
-  refusedCounter += static_cast<std::int64_t>(tile.refused_);
+}
+
+std::unique_ptr<Film> Film::preview(std::span<const FilmTile* const> tiles) const {
+  auto film = std::make_unique<Film>(settings_);
+  std::vector<const FilmTile*> ordered(tiles.begin(), tiles.end());
+  // Tiles of one colour do not overlap, and so need no order.
+  std::ranges::stable_sort(ordered, {}, [&](const FilmTile* tile) { return colour(tile->index_); });
+  for (const FilmTile* tile : ordered) film->add(*tile);
+  return film;
 }
 
 std::size_t Film::pixelOffset(int x, int y) const {

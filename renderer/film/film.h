@@ -129,6 +129,11 @@ class Film {
   void finish(FilmTile&& tile);
   // Merges tiles that wait for others which will not come: the end of an interrupted render.
   void flush();
+  // The picture that finishing these tiles now would make, which may be given more samples after it: tiles of
+  // this film, each once, in any order. [while no other thread changes them]
+  std::unique_ptr<Film> preview(std::span<const FilmTile* const> tiles) const;
+  // Memory that all tiles take when they are open at the same time.
+  std::uint64_t openBytes() const;
   // Whether every tile has been finished.
   bool complete() const { return mergedTiles_ == tileCount(); }
 
@@ -153,6 +158,7 @@ class Film {
   void forEachNeighbour(int index, Visit visit) const;
   bool mayMerge(int index) const;
   void merge(int index);
+  void add(const FilmTile& tile);
   std::size_t pixelOffset(int x, int y) const;
 
   FilmSettings settings_;

@@ -219,6 +219,48 @@ TEST(Film, AnInterruptedRenderKeepsWhatIsThere) {
   EXPECT_EQ(film.value(0, 0, 2), 0) << "no sample, no value";
 }
 
+TEST(Film, APreviewIsThePictureOfTilesThatGoOn) {
+  for (const FilmSettings& settings : {small(Kind::Gaussian, 4, 4), small(Kind::CatmullRom, 3, 7)}) {
+    Film once(settings), twice(settings), both(settings);
+    std::vector<FilmTile> tiles;
+    std::vector<const FilmTile*> pointers;
+    for (int i = 0; i < once.tileCount(); ++i) {
+      FilmTile tile = once.begin(i);
+      renderTile(tile);
+      tiles.push_back(tile);
+      once.finish(std::move(tile));
+    }
+    for (const FilmTile& tile : tiles) pointers.insert(pointers.begin(), &tile);
+    const std::unique_ptr<Film> first = twice.preview(pointers);
+    EXPECT_EQ(bits(*first, first->pixels()), bits(once, once.pixels()));
+    EXPECT_EQ(first->sampleCount(), once.sampleCount());
+    EXPECT_EQ(twice.sampleCount(), 0u);
+    // What a preview was made of takes more samples.
+    for (FilmTile& tile : tiles) {
+      renderTile(tile);
+      FilmTile same = both.begin(tile.index());
+      renderTile(same);
+      renderTile(same);
+      both.finish(std::move(same));
+      twice.finish(std::move(tile));
+    }
+    EXPECT_TRUE(twice.complete());
+    EXPECT_EQ(twice.sampleCount(), 2 * once.sampleCount());
+    EXPECT_EQ(bits(twice, twice.pixels()), bits(both, both.pixels()));
+  }
+}
+
+TEST(Film, SaysWhatOpenTilesTake) {
+  FilmSettings settings;
+  settings.width = 40, settings.height = 20;
+  settings.filter = {Kind::Box, 1, 1};
+  // Five channels: a double each, one for the weight, and a float each.
+  EXPECT_EQ(Film(settings).openBytes(), 40u * 20 * (6 * 8 + 5 * 4));
+  // Reaching one pixel: columns of 1, 17, 18 and 9 pixels, rows of 1, 17 and 5.
+  settings.filter = {Kind::Gaussian, 2, 2};
+  EXPECT_EQ(Film(settings).openBytes(), (1u + 17 + 18 + 9) * (1 + 17 + 5) * (6 * 8 + 5 * 4));
+}
+
 // Mean and variance of 1 2 3 4: 2.5 and 5/3; of their mean: 5/12.
 TEST(Film, MomentsOfAPixel) {
   FilmSettings settings = small(Kind::Gaussian, 4, 4);
