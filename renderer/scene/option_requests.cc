@@ -26,12 +26,12 @@ constexpr std::string_view kIgnoredLimits[] = {
     "shadesize",   "rendermemory",     "rendertime",      "matrixcachememory", "deepshadowerror",
     "texturefiles"};
 constexpr std::string_view kIgnoredHider[] = {
-    "jitter",          "incremental",      "adaptall",         "pixelfiltermode",
-    "darkfalloff",     "minextrasamples",  "adaptivemetric",   "bluenoise",
-    "samplemotion",    "subpixel",         "extrememotiondof", "sigma",
-    "sigmablur",       "depthfilter",      "decidither",       "maxvpdepth",
-    "mpcache",         "mpcachedir",       "mpmemory",         "allowsurfaces",
-    "exposurebracket", "opacitythreshold", "dofaspect",        "rendermode"};
+    "jitter",           "adaptall",         "pixelfiltermode", "darkfalloff",
+    "minextrasamples",  "adaptivemetric",   "bluenoise",       "samplemotion",
+    "subpixel",         "extrememotiondof", "sigma",           "sigmablur",
+    "depthfilter",      "decidither",       "maxvpdepth",      "mpcache",
+    "mpcachedir",       "mpmemory",         "allowsurfaces",   "exposurebracket",
+    "opacitythreshold", "dofaspect",        "rendermode"};
 constexpr std::string_view kIgnoredTrace[] = {"decimationrate", "bvhcompression", "worldorigin",
                                               "worldoffset"};
 constexpr std::string_view kIgnoredStatistics[] = {"xmlfilename",      "level",           "shaderprofile",
@@ -159,6 +159,7 @@ void SceneBuilder::hider(std::string_view type, const ParamList& params, const L
     };
     samples("minsamples", options_.minSamples);
     samples("maxsamples", options_.maxSamples);
+    options_.incremental = params.intValue("incremental", options_.incremental) != 0;
     const std::string_view mode = params.stringValue("integrationmode", riMode_);
     if (mode == "distribution" || mode == "path" || mode.empty()) {
       riMode_ = mode;
@@ -171,8 +172,9 @@ void SceneBuilder::hider(std::string_view type, const ParamList& params, const L
     return;
   }
   passOver(params, kIgnoredHider);
-  params.reportUnread(errors_, "Hider",
-                      std::array<std::string_view, 3>{"minsamples", "maxsamples", "integrationmode"});
+  params.reportUnread(
+      errors_, "Hider",
+      std::array<std::string_view, 4>{"minsamples", "maxsamples", "integrationmode", "incremental"});
 }
 
 void SceneBuilder::integrator(std::string_view name, Handle, const ParamList&, const Location& at) {

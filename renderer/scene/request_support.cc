@@ -53,6 +53,7 @@ constexpr Entry kEntries[] = {
     {"GeometricApproximation",
      {Support::CarriedOut, "flatness: surfaces are within a twentieth of a pixel; the others are named"}},
     {"Geometry", {kMapped, "teapot, and the shapes of area lights"}},
+    {"Hider", {Support::CarriedOut, "of raytrace: minsamples, maxsamples, integrationmode, incremental"}},
     {"HierarchicalSubdivisionMesh", {kMapped, "a SubdivisionMesh without its hierarchical edits"}},
     {"Imager", {Support::CarriedOut, "background"}},
     {"Integrator", {kMapped, "PxrPathTracer, PxrUnified, PxrVCM: mode path; PxrDirectLighting: mode direct"}},

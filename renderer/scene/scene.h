@@ -337,6 +337,7 @@ struct Options {
       madeTextures;  ///< MakeTexture, MakeLatLongEnvironment: texture name to picture
   std::map<std::string, std::string> searchPaths;  ///< "shader", "texture", "archive", ... RI path syntax
   bool statistics = false;                         ///< Option "statistics" "endofframe"
+  bool incremental = false;                        ///< Hider "raytrace": a coarse picture first
   std::string statisticsFile;  ///< Option "statistics" "filename"; "" and "stdout" = standard output
   float relativeDetail = 1;    ///< RelativeDetail
 };

@@ -123,6 +123,15 @@ TEST(Options, ModeByHiderAndByPatina) {
   EXPECT_EQ(worldOf("Hider \"raytrace\" \"int maxsamples\" 64 \"int minsamples\" 0").options.maxSamples, 64);
 }
 
+TEST(Options, IncrementalIsTheRaytraceHiders) {
+  EXPECT_FALSE(worldOf("").options.incremental);
+  EXPECT_TRUE(worldOf("Hider \"raytrace\" \"int incremental\" [1]").options.incremental);
+  EXPECT_TRUE(worldOf("Hider \"raytrace\" \"incremental\" 1 Hider \"raytrace\" \"int minsamples\" 2")
+                  .options.incremental);
+  EXPECT_FALSE(worldOf("Hider \"raytrace\" \"incremental\" 1 Hider \"raytrace\" \"incremental\" 0")
+                   .options.incremental);
+}
+
 TEST(Options, SearchPathsKeepWhatTheAmpersandNames) {
   const Scene scene =
       worldOf("Option \"searchpath\" \"string shader\" \"a:b\" Option \"searchpath\" \"shader\" [\"c:&:d\"]");
