@@ -14,13 +14,27 @@ namespace patina {
 /// Channels of the film, in this order.
 enum FilmChannelIndex { kRed, kGreen, kBlue, kAlpha, kDepth, kChannels };
 
+/// Of the samples of a pixel, which are numbered: those from `first` on, before `end`.
+struct SampleRange {
+  uint32_t first, end;
+};
+
+/// What a tile's first samples have found out that its later ones may use: of the integrator that made it.
+class TileMemory {
+ public:
+  virtual ~TileMemory() = default;
+};
+
 /// Renders tiles. Immutable but for caches whose content never changes a value, so that the picture does not
 /// depend on the order of tiles or on threads.
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// Gives the tile a fixed number of samples for each of its samplePixels(). [any thread]
-  virtual void render(FilmTile& tile) const = 0;
+  /// Gives the tile these samples for each of its samplePixels(). `memory`: of this tile, nullptr where all
+  /// samples are asked for at once. [any thread]
+  virtual void render(FilmTile& tile, SampleRange samples, TileMemory* memory) const = 0;
+  /// The memory of a tile whose samples are asked for in parts; nullptr: none is of use. [any thread]
+  virtual std::unique_ptr<TileMemory> remember() const { return nullptr; }
   /// Counts what can be counted only at the end. [main]
   virtual void finish() const {}
 };

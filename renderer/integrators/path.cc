@@ -58,7 +58,7 @@ struct Path {
 class PathIntegrator final : public Integrator {
  public:
   explicit PathIntegrator(const World& world) : world_(world) {}
-  void render(FilmTile& tile) const override;
+  void render(FilmTile& tile, SampleRange samples, TileMemory* memory) const override;
 
  private:
   struct Wave {
@@ -81,15 +81,14 @@ class PathIntegrator final : public Integrator {
   const World& world_;
 };
 
-void PathIntegrator::render(FilmTile& tile) const {
+void PathIntegrator::render(FilmTile& tile, SampleRange samples, TileMemory*) const {
   const PixelRect& pixels = tile.samplePixels();
-  const auto spp = static_cast<uint32_t>(world_.samplesPerPixel());
   const size_t pixelCount = static_cast<size_t>(pixels.width()) * static_cast<size_t>(pixels.height());
   thread_local Wave wave;
   const auto perWave =
-      static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, spp));
-  for (uint32_t first = 0; first < spp && !world_.interrupted(); first += perWave) {
-    const uint32_t end = std::min(spp, first + perWave);
+      static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, samples.end));
+  for (uint32_t first = samples.first; first < samples.end && !world_.interrupted(); first += perWave) {
+    const uint32_t end = std::min(samples.end, first + perWave);
     wave.paths.clear();
     wave.results.assign(pixelCount * (end - first), Seen{});
     std::vector<V2f> positions;

@@ -57,11 +57,23 @@ struct Result {
   bool matte = false;
 };
 
+uint64_t keyOf(const RadiosityEngine::Vertex& v) {
+  return uint64_t{v.patch} << 17 | uint64_t{v.front} << 16 | uint64_t{v.bounces} << 12 | v.index;
+}
+
+/// The vertices of a tile that is rendered in parts, where no cache keeps them: B by keyOf().
+struct TileVertices final : TileMemory {
+  std::unordered_map<uint64_t, Rgb> radiance;
+};
+
 class RadiosityIntegrator final : public Integrator {
  public:
   RadiosityIntegrator(const World& world, const RadiosityEngine::Settings& settings)
-      : world_(world), engine_(world, settings), indirect_(settings.indirect) {}
-  void render(FilmTile& tile) const override;
+      : world_(world), engine_(world, settings), cached_(settings.cached) {}
+  void render(FilmTile& tile, SampleRange samples, TileMemory* memory) const override;
+  std::unique_ptr<TileMemory> remember() const override {
+    return cached_ ? nullptr : std::make_unique<TileVertices>();
+  }
   void finish() const override { engine_.report(); }
 
  private:
@@ -83,6 +95,7 @@ class RadiosityIntegrator final : public Integrator {
     std::vector<uint8_t> separated;                      // by cell
     std::vector<std::pair<uint32_t, uint32_t>> inCells;  // points, and their cells
     std::vector<RadiosityEngine::Vertex> vertices;
+    TileVertices* kept = nullptr;
     std::vector<Rgb> values;
     std::vector<VertexWeights> around;
     std::vector<uint32_t> byHit;  // points that are shaded at the hit
@@ -95,23 +108,24 @@ class RadiosityIntegrator final : public Integrator {
   void step(Wave& wave) const;
   void missed(Wave& wave, const Walk& walk) const;
   void viewIndependent(Wave& wave) const;
+  void vertexValues(Wave& wave) const;
   void specularDirect(Wave& wave) const;
   bool proceed(Wave& wave, size_t i, Walk& walk) const;
 
   const World& world_;
   RadiosityEngine engine_;
-  bool indirect_;
+  bool cached_;
 };
 
-void RadiosityIntegrator::render(FilmTile& tile) const {
+void RadiosityIntegrator::render(FilmTile& tile, SampleRange samples, TileMemory* memory) const {
   const PixelRect& pixels = tile.samplePixels();
-  const auto spp = static_cast<uint32_t>(world_.samplesPerPixel());
   const size_t pixelCount = static_cast<size_t>(pixels.width()) * static_cast<size_t>(pixels.height());
   const auto perWave =
-      static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, spp));
+      static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, samples.end));
   thread_local Wave wave;
-  for (uint32_t first = 0; first < spp && !world_.interrupted(); first += perWave) {
-    const uint32_t end = std::min(spp, first + perWave);
+  wave.kept = static_cast<TileVertices*>(memory);
+  for (uint32_t first = samples.first; first < samples.end && !world_.interrupted(); first += perWave) {
+    const uint32_t end = std::min(samples.end, first + perWave);
     wave.walks.clear(), wave.positions.clear();
     wave.results.assign(pixelCount * (end - first), Result{});
     for (int y = pixels.y0; y < pixels.y1; ++y)
@@ -307,16 +321,15 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     const bool front = wave.cells[at].front;
     const uint8_t bounces = RadiosityEngine::keptBounces(wave.walks[wave.active[i]].bounces);
     for (int k = 0; k < around.count; ++k) {
-      const uint64_t key =
-          uint64_t{index} << 17 | uint64_t{front} << 16 | uint64_t{bounces} << 12 | around.index[k];
-      const auto [found, isNew] = wave.known.try_emplace(key, static_cast<uint32_t>(wave.vertices.size()));
-      if (isNew) wave.vertices.push_back({index, front, static_cast<uint16_t>(around.index[k]), bounces});
+      const RadiosityEngine::Vertex v{index, front, static_cast<uint16_t>(around.index[k]), bounces};
+      const auto [found, isNew] =
+          wave.known.try_emplace(keyOf(v), static_cast<uint32_t>(wave.vertices.size()));
+      if (isNew) wave.vertices.push_back(v);
       around.index[k] = found->second;
     }
   }
   vertexCount += static_cast<int64_t>(wave.vertices.size());
-  wave.values.resize(wave.vertices.size());
-  engine_.vertices(wave.vertices, wave.values);
+  vertexValues(wave);
   for (size_t i = 0; i < n; ++i)
     for (int k = 0; k < wave.around[i].count; ++k)
       wave.radiosity[i] += wave.values[wave.around[i].index[k]] * wave.around[i].weight[k];
@@ -336,6 +349,30 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
                 wave.values);
   for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];
   for (const auto& [i, key] : wave.groupOf) wave.radiosity[i] = wave.radiosity[wave.met.at(key).second];
+}
+
+/// B at the wave's vertices.
+void RadiosityIntegrator::vertexValues(Wave& wave) const {
+  wave.values.resize(wave.vertices.size());
+  if (!wave.kept) return engine_.vertices(wave.vertices, wave.values);
+  thread_local std::vector<RadiosityEngine::Vertex> missing;
+  thread_local std::vector<uint32_t> places;
+  thread_local std::vector<Rgb> made;
+  missing.clear(), places.clear();
+  auto& kept = wave.kept->radiance;
+  for (uint32_t k = 0; k < wave.vertices.size(); ++k) {
+    const auto found = kept.find(keyOf(wave.vertices[k]));
+    if (found != kept.end())
+      wave.values[k] = found->second;
+    else
+      missing.push_back(wave.vertices[k]), places.push_back(k);
+  }
+  made.resize(missing.size());
+  engine_.vertices(missing, made);
+  for (size_t i = 0; i < made.size(); ++i) {
+    wave.values[places[i]] = made[i];
+    kept.emplace(keyOf(missing[i]), made[i]);
+  }
 }
 
 /// Direct light by way of lobes: delta lights all, of the others one per point.

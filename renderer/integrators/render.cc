@@ -1,25 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frame: world, film, integrator, and the loop over buckets.
+// The frame: world, film, integrator.
 #include "renderer/integrators/render.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
-#include <atomic>
-#include <mutex>
 #include <thread>
 
 #include "renderer/base/statistics.h"
 #include "renderer/film/scene_film.h"
 #include "renderer/integrators/integrator.h"
-#include "renderer/shading/work_place.h"
+#include "renderer/integrators/passes.h"
 
 namespace patina {
 namespace {
-
-STAT_TIME("Time of threads/everything else", otherTime);
 
 std::unique_ptr<Integrator> makeIntegrator(const World& world, const std::string& mode) {
   if (mode == "path") return makePathIntegrator(world);
@@ -62,29 +56,16 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
     World world(scene, settings, errors);
     const auto integrator = makeIntegrator(world, mode);
     PhaseTimer timer("Render");
-    std::atomic<int> done{0};
-    std::mutex progressMutex;
-    const int count = film->tileCount();
-    tbb::parallel_for(
-        tbb::blocked_range<int>(0, count, 1),
-        [&](const tbb::blocked_range<int>& range) {
-          for (int k = range.begin(); k < range.end(); ++k) {
-            if (settings.interrupted && settings.interrupted()) return;
-            const TimeShare share(otherTime);
-            FilmTile tile = film->begin(k);
-            const PixelRect& pixels = tile.samplePixels();
-            const WorkPlaceScope place({pixels.x0, pixels.y0, pixels.x1, pixels.y1});
-            integrator->render(tile);
-            film->finish(std::move(tile));
-            const int finished = ++done;
-            if (settings.progress) {
-              std::lock_guard lock(progressMutex);
-              settings.progress(static_cast<double>(finished) / count);
-            }
-          }
-        },
-        tbb::simple_partitioner());
-    film->flush();  // after an interruption, finished tiles may still wait for their neighbours
+    bool progressive = settings.progressive.value_or(scene.options.incremental);
+    constexpr uint64_t kMostOpenBytes = uint64_t{16} << 30;
+    if (progressive && world.samplesPerPixel() > 1 && film->openBytes() > kMostOpenBytes) {
+      errors.report(Severity::Warning, RiError::LimitCheck, {},
+                    fmt::format("the picture is not progressive: between passes its buckets would take {} GB "
+                                "(at most {})",
+                                (film->openBytes() >> 30) + 1, kMostOpenBytes >> 30));
+      progressive = false;
+    }
+    renderPasses(*film, world, *integrator, progressive);
     integrator->finish();
     world.summarize(errors);
     world.geometry().reportMemory();

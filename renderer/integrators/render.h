@@ -27,9 +27,16 @@ struct RenderSettings {
   bool shadeAtHits = false;  ///< --shading hit: no decoupling of shading from visibility
   std::string shaderPath, texturePath;  ///< searched before the RIB's, RI path syntax
   bool allowShaderPaths = false;
+  /// Samples in passes over the whole picture, so that a coarse one comes first. Not said: the RIB's Hider.
+  std::optional<bool> progressive;
   std::string replay;  ///< arguments that render this again, for messages; "" = not known
   std::function<void(double)>
-      progress;  ///< fraction of the buckets done, 0 to 1; called from any thread, serialised
+      progress;  ///< fraction of the samples done, 0 to 1; called from any thread, serialised
+  /// Between passes: the picture that is there. Always after the first, then not more often than every
+  /// `showSeconds`, nor so often that a tenth of the time went into it; the last is renderFrame()'s. [the
+  /// caller of renderFrame()]
+  std::function<void(const Film&)> show;
+  double showSeconds = 3;
   std::function<bool()> interrupted;  ///< true = stop after the buckets in work; the film holds what is there
 };
 

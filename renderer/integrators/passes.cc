@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Passes over buckets.
+#include "renderer/integrators/passes.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "renderer/base/statistics.h"
+#include "renderer/shading/work_place.h"
+
+namespace patina {
+namespace {
+
+STAT_TIME("Time of threads/everything else", otherTime);
+
+using Clock = std::chrono::steady_clock;
+
+/// Showing a picture may take at most this share of the time.
+constexpr double kShowShare = 0.1;
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A tile between passes.
+struct OpenTile {
+  std::optional<FilmTile> tile;  ///< none before its first samples, and when it is finished
+  std::unique_ptr<TileMemory> memory;
+};
+
+/// Shows pictures while they are made, and sees to it that this is not too often.
+class Showing {
+ public:
+  Showing(const Film& film, const RenderSettings& settings) : film_(film), settings_(settings) {}
+
+  void offer(std::span<const OpenTile> open) {
+    if (!std::exchange(offered_, true))
+      setStatistic("Passes/seconds to the first picture", secondsSince(start_));
+    if (!settings_.show || (count_ > 0 && secondsSince(shown_) < wait_)) return;
+    const Clock::time_point start = Clock::now();
+    std::vector<const FilmTile*> tiles;
+    for (const OpenTile& place : open)
+      if (place.tile) tiles.push_back(&*place.tile);
+    settings_.show(*film_.preview(tiles));
+    ++count_;
+    shown_ = Clock::now();
+    wait_ = std::max(settings_.showSeconds, secondsSince(start) / kShowShare);
+  }
+  int count() const { return count_; }
+
+ private:
+  const Film& film_;
+  const RenderSettings& settings_;
+  const Clock::time_point start_ = Clock::now();
+  Clock::time_point shown_;
+  double wait_ = 0;
+  bool offered_ = false;
+  int count_ = 0;
+};
+
+}  // namespace
+
+std::vector<SampleRange> passesOf(int samplesPerPixel, bool progressive) {
+  const auto all = static_cast<uint32_t>(std::max(samplesPerPixel, 1));
+  std::vector<SampleRange> passes;
+  for (uint32_t first = 0; first < all; first = passes.back().end)
+    passes.push_back({first, progressive ? std::min(all, std::max(1u, 2 * first)) : all});
+  return passes;
+}
+
+void renderPasses(Film& film, const World& world, const Integrator& integrator, bool progressive) {
+  const RenderSettings& settings = world.settings();
+  const std::vector<SampleRange> passes = passesOf(world.samplesPerPixel(), progressive);
+  const int count = film.tileCount();
+  std::vector<OpenTile> open(passes.size() > 1 ? static_cast<size_t>(count) : 0);
+  Showing showing(film, settings);
+  std::mutex progressMutex;
+  for (const SampleRange& pass : passes) {
+    const bool isLast = pass.end == passes.back().end;
+    std::atomic<int> done{0};
+    const auto render = [&](int k) {
+      OpenTile none;
+      OpenTile& place = open.empty() ? none : open[static_cast<size_t>(k)];
+      if (!place.tile) {
+        place.tile = film.begin(k);
+        if (!isLast) place.memory = integrator.remember();
+      }
+      const PixelRect& pixels = place.tile->samplePixels();
+      const TimeShare share(otherTime);
+      const WorkPlaceScope scope({pixels.x0, pixels.y0, pixels.x1, pixels.y1});
+      integrator.render(*place.tile, pass, place.memory.get());
+      if (isLast) {
+        film.finish(std::move(*place.tile));
+        place = OpenTile();
+      }
+      const int finished = ++done;
+      if (settings.progress) {
+        const double part = static_cast<double>(finished) / count;
+        std::lock_guard lock(progressMutex);
+        settings.progress((pass.first + part * (pass.end - pass.first)) / passes.back().end);
+      }
+    };
+    tbb::parallel_for(
+        tbb::blocked_range<int>(0, count, 1),
+        [&](const tbb::blocked_range<int>& range) {
+          for (int k = range.begin(); k < range.end() && !world.interrupted(); ++k) render(k);
+        },
+        tbb::simple_partitioner());
+    if (world.interrupted()) break;
+    if (!isLast) showing.offer(open);
+  }
+  // After an interruption tiles are still open, or wait for their neighbours.
+  for (OpenTile& place : open)
+    if (place.tile) film.finish(std::move(*place.tile));
+  film.flush();
+  if (passes.size() > 1) {
+    setStatistic("Passes/passes", static_cast<double>(passes.size()));
+    setStatistic("Passes/pictures shown on the way", showing.count());
+  }
+}
+
+}  // namespace patina
