@@ -107,6 +107,15 @@ TEST(CommandLineOptions, SilentDefaultsAndTradition) {
   EXPECT_THAT(*parse({"--frames", "4", "a"}).frames, ElementsAre(4, 4));
 }
 
+TEST(CommandLineOptions, ProgressiveIsSaidOrLeftToTheRib) {
+  EXPECT_FALSE(parse({"a"}).render.progressive.has_value());
+  EXPECT_EQ(parse({"--progressive", "a"}).render.progressive, true);
+  EXPECT_EQ(parse({"-progressive", "a"}).render.progressive, true);
+  EXPECT_EQ(parse({"--no-progressive", "a"}).render.progressive, false);
+  EXPECT_FALSE(parse({"--progress", "a"}).render.progressive.has_value());
+  EXPECT_FALSE(parse({"--progressive", "a"}).progressLines);
+}
+
 TEST(CommandLineOptions, WrongUsageIsStatusTwo) {
   EXPECT_THAT(refusal({"--mode", "magic", "a.rib"}), HasSubstr("--mode"));
   EXPECT_THAT(refusal({"--res", "640", "a.rib"}), HasSubstr("expected WIDTHxHEIGHT"));

@@ -14,11 +14,11 @@ bool isNumber(const std::string& text) {
 }
 
 /// Options of several letters that may also be written with one dash.
-constexpr std::array<std::string_view, 22> kLongNames = {
+constexpr std::array<std::string_view, 24> kLongNames = {
     "mode",        "crop",         "samples",      "rays",         "variance",     "stats",
     "strict",      "check",        "classic",      "shading",      "quiet",        "version",
     "help",        "threads",      "output",       "display-view", "cache-memory", "light-samples",
-    "shader-path", "texture-path", "archive-path", "seed"};
+    "shader-path", "texture-path", "archive-path", "seed",         "progressive",  "no-progressive"};
 
 }  // namespace
 

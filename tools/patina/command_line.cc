@@ -78,6 +78,10 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   app.add_option("--display-view", line.displayView, "OpenColorIO view for pictures made for looking at");
   app.add_option("--stats", line.statistics, "Write statistics as JSON; - prints them readably")
       ->type_name("FILE");
+  bool progressive = false;
+  const CLI::Option* progressiveSaid =
+      app.add_flag("--progressive,!--no-progressive", progressive,
+                   "A coarse picture of the whole first, then finer ones; without: as the RIB's Hider says");
   app.add_flag("--progress", line.progressLines, "Print progress as lines \"R90000 <percent>\"");
   app.add_flag("--allow-programs", line.allowPrograms, "Let RIBs start programs (Procedural \"RunProgram\")");
   app.add_flag("--requests", line.requests, "Print what becomes of each request, as Markdown, and exit");
@@ -123,6 +127,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
     if (crop[0] > crop[1] || crop[2] > crop[3]) return usage("--crop: expected x0 <= x1 and y0 <= y1");
     line.crop = crop;
   }
+  if (progressiveSaid->count() > 0) render.progressive = progressive;
   render.shadeAtHits = shading == "hit" || render.unbiased;
   render.replay = replayArguments(arguments);
   if (line.files.empty()) {

@@ -134,11 +134,15 @@ void Session::renderWorld(Scene& scene) {
       RenderSettings settings = commandLine_.render;
       settings.progress = [&](double fraction) { progress.update(fraction); };
       settings.interrupted = interrupted;
+      // What cannot be written on the way is not tried again before the end.
+      settings.show = [&](const Film& picture) {
+        if (writable) writable = writeDisplays(scene, picture, false);
+      };
       film = renderFrame(scene, settings, errors_);
       if (film && !interrupted()) progress.update(1);
     }
     if (film) {
-      writeDisplays(scene, *film);
+      writeDisplays(scene, *film, true);
     } else {
       failed_ = true;
     }
@@ -148,16 +152,18 @@ void Session::renderWorld(Scene& scene) {
   reading_.emplace("Reading RIB");
 }
 
-void Session::writeDisplays(const Scene& scene, const Film& film) {
+bool Session::writeDisplays(const Scene& scene, const Film& film, bool isLast) {
   const PhaseTimer timer("Writing pictures");
+  bool all = true;
   for (const OutputSettings& output : outputSettings(scene)) {
     const std::string path = writeImage(film, output, errors_);
-    if (path.empty()) {
-      failed_ = true;
-    } else if (!commandLine_.quiet && !commandLine_.progressLines) {
+    all &= !path.empty();
+    if (isLast && !path.empty() && !commandLine_.quiet && !commandLine_.progressLines) {
       fmt::print("{}\n", path);
     }
   }
+  if (!all) failed_ = true;
+  return all;
 }
 
 void Session::reportStatistics(const Scene& scene) {

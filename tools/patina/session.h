@@ -25,7 +25,8 @@ class Session {
   void applyOverrides(Scene& scene) const;
   void renderWorld(Scene& scene);
   bool mayRender(const Scene& scene);
-  void writeDisplays(const Scene& scene, const Film& film);
+  /// Whether all could be written. `isLast`: paths are printed.
+  bool writeDisplays(const Scene& scene, const Film& film, bool isLast);
   void reportStatistics(const Scene& scene);
   void writeText(const std::string& path, const std::string& text);
 
