@@ -50,7 +50,7 @@ class Showing {
     settings_.show(*film_.preview(tiles));
     ++count_;
     shown_ = Clock::now();
-    wait_ = std::max(settings_.showSeconds, secondsSince(start) / kShowShare);
+    if (settings_.showSeconds > 0) wait_ = std::max(settings_.showSeconds, secondsSince(start) / kShowShare);
   }
   int count() const { return count_; }
 

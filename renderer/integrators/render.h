@@ -33,8 +33,8 @@ struct RenderSettings {
   std::function<void(double)>
       progress;  ///< fraction of the samples done, 0 to 1; called from any thread, serialised
   /// Between passes: the picture that is there. Always after the first, then not more often than every
-  /// `showSeconds`, nor so often that a tenth of the time went into it; the last is renderFrame()'s. [the
-  /// caller of renderFrame()]
+  /// `showSeconds`, nor so often that a tenth of the time went into it; the last is renderFrame()'s. 0
+  /// seconds: after every pass. [the caller of renderFrame()]
   std::function<void(const Film&)> show;
   double showSeconds = 3;
   std::function<bool()> interrupted;  ///< true = stop after the buckets in work; the film holds what is there

