@@ -18,7 +18,7 @@ STAT_COUNTER("Camera/vertices asked for", vertexCount);
 constexpr size_t kWave = 16384;  // camera samples in work at a time
 constexpr int kMostSteps = 512;  // layers and specular bounces of a sample
 /// Where something stands in a micropolygon, so that its vertices say nothing of what is between them, so
-/// many points of it are shaded in a pixel and shared by all samples of a wave.
+/// many points of it are shaded in a pixel and shared by all its samples.
 constexpr uint32_t kShared = 16;
 
 enum Dimension : uint32_t {
@@ -103,6 +103,7 @@ class RadiosityIntegrator final : public Integrator {
     // chance that chose it; and the points that share its value.
     std::unordered_map<uint64_t, std::pair<uint64_t, uint32_t>> met;
     std::vector<std::pair<uint32_t, uint64_t>> groupOf;
+    std::unordered_map<uint64_t, Rgb> inCell;  // B that parts of pixels share in all waves of a tile
     std::vector<RadiosityEngine::Request> requests;
   };
   void step(Wave& wave) const;
@@ -123,6 +124,7 @@ void RadiosityIntegrator::render(FilmTile& tile, SampleRange samples, TileMemory
   const auto perWave =
       static_cast<uint32_t>(std::clamp<size_t>(kWave / std::max<size_t>(pixelCount, 1), 1, samples.end));
   thread_local Wave wave;
+  wave.inCell.clear();
   wave.kept = static_cast<TileVertices*>(memory);
   for (uint32_t first = samples.first; first < samples.end && !world_.interrupted(); first += perWave) {
     const uint32_t end = std::min(samples.end, first + perWave);
@@ -314,7 +316,11 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     if (wave.separated[at]) {
       around.count = 0;
       const Walk& walk = wave.walks[wave.active[i]];
-      share(i, hashOf(wave.cellKeys[at], walk.x, walk.y, walk.sample % kShared));
+      const uint64_t key = hashOf(wave.cellKeys[at], walk.x, walk.y, walk.sample % kShared);
+      if (const auto known = wave.inCell.find(key); known != wave.inCell.end())
+        wave.radiosity[i] = known->second;
+      else
+        share(i, key);
       continue;
     }
     const uint32_t index = wave.cells[at].patch;
@@ -348,7 +354,13 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   engine_.shade(wave.requests, 0, world_.settings().unbiased ? Purpose::Sample : Purpose::Vertex,
                 wave.values);
   for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];
-  for (const auto& [i, key] : wave.groupOf) wave.radiosity[i] = wave.radiosity[wave.met.at(key).second];
+  for (const auto& [i, key] : wave.groupOf) {
+    wave.radiosity[i] = wave.radiosity[wave.met.at(key).second];
+    if (wave.around[i].count == 0 && patches[patches.find(wave.points[i].placement, wave.points[i].face,
+                                                          wave.points[i].u, wave.points[i].v)]
+                                             .group == 0)
+      wave.inCell.emplace(key, wave.radiosity[i]);
+  }
 }
 
 /// B at the wave's vertices.
