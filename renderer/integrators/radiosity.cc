@@ -17,9 +17,6 @@ STAT_COUNTER("Camera/vertices asked for", vertexCount);
 
 constexpr size_t kWave = 16384;  // camera samples in work at a time
 constexpr int kMostSteps = 512;  // layers and specular bounces of a sample
-/// Where something stands in a micropolygon, so that its vertices say nothing of what is between them, so
-/// many points of it are shaded in a pixel and shared by all its samples.
-constexpr uint32_t kShared = 16;
 
 enum Dimension : uint32_t {
   kLobe = 0x1000,
@@ -102,7 +99,13 @@ class RadiosityIntegrator final : public Integrator {
     // Groups of small faces and their sides, and parts of pixels: the point that is shaded there and the
     // chance that chose it; and the points that share its value.
     std::unordered_map<uint64_t, std::pair<uint64_t, uint32_t>> met;
-    std::vector<std::pair<uint32_t, uint64_t>> groupOf;
+    struct Shares {
+      uint32_t point;
+      uint64_t key;
+      bool part;  // of a pixel
+    };
+    std::vector<Shares> sharing;
+    std::vector<uint32_t> parts;               // points that are shaded for a part of a pixel
     std::unordered_map<uint64_t, Rgb> inCell;  // B that parts of pixels share in all waves of a tile
     std::vector<RadiosityEngine::Request> requests;
   };
@@ -264,17 +267,17 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   wave.around.resize(n);
   wave.known.clear(), wave.cellOf.clear(), wave.cells.clear(), wave.cellKeys.clear(), wave.inCells.clear(),
       wave.vertices.clear(), wave.byHit.clear();
-  wave.met.clear(), wave.groupOf.clear();
+  wave.met.clear(), wave.sharing.clear(), wave.parts.clear();
   const auto seedOf = [&](uint32_t i) {
     const Walk& walk = wave.walks[wave.active[i]];
     return hashOf(walk.seed(kPoint), walk.sample);
   };
   // Of the points of one key that this wave meets, one by chance stands for the others.
-  const auto share = [&](uint32_t i, uint64_t key) {
+  const auto share = [&](uint32_t i, uint64_t key, bool part) {
     const uint64_t chance = seedOf(i);
     const auto [found, isNew] = wave.met.try_emplace(key, chance, i);
     if (chance < found->second.first) found->second = {chance, i};
-    wave.groupOf.emplace_back(i, key);
+    wave.sharing.push_back({i, key, part});
   };
   for (uint32_t i = 0; i < n; ++i) {
     const ShadingPoint& p = wave.points[i];
@@ -296,7 +299,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     // What is seen of a group of small faces is not what it is on average: the hollows of a rough surface
     // hide, and slopes count by how they are turned.
     if (patch.group > 0) {
-      share(i, uint64_t{index} << 1 | uint64_t{p.front});
+      share(i, uint64_t{index} << 1 | uint64_t{p.front}, false);
       continue;
     }
     const V2f local = patch.toLocal(p.u, p.v);
@@ -316,11 +319,14 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
     if (wave.separated[at]) {
       around.count = 0;
       const Walk& walk = wave.walks[wave.active[i]];
-      const uint64_t key = hashOf(wave.cellKeys[at], walk.x, walk.y, walk.sample % kShared);
+      // Its vertices say nothing of what is between them: some points of it are shaded in each pixel, and
+      // shared by all the pixel's samples.
+      const uint64_t key = hashOf(wave.cellKeys[at], walk.x, walk.y, walk.sample % RayBudget::kParts,
+                                  RadiosityEngine::keptBounces(walk.bounces));
       if (const auto known = wave.inCell.find(key); known != wave.inCell.end())
         wave.radiosity[i] = known->second;
       else
-        share(i, key);
+        share(i, key, true);
       continue;
     }
     const uint32_t index = wave.cells[at].patch;
@@ -339,27 +345,27 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   for (size_t i = 0; i < n; ++i)
     for (int k = 0; k < wave.around[i].count; ++k)
       wave.radiosity[i] += wave.values[wave.around[i].index[k]] * wave.around[i].weight[k];
-  for (const auto& [i, key] : wave.groupOf)
-    if (wave.met.at(key).second == i) wave.byHit.push_back(i);
-  if (wave.byHit.empty()) return;
+  for (const auto& [i, key, part] : wave.sharing)
+    if (wave.met.at(key).second == i) (part ? wave.parts : wave.byHit).push_back(i);
 
-  wave.requests.clear();
-  for (const uint32_t i : wave.byHit)
-    wave.requests.push_back(
-        world_.settings().unbiased
-            ? RadiosityEngine::Request{wave.points[i], wave.walks[wave.active[i]].seed(kPoint),
-                                       wave.walks[wave.active[i]].bounces, wave.walks[wave.active[i]].sample}
-            : RadiosityEngine::Request{wave.points[i], seedOf(i), wave.walks[wave.active[i]].bounces, 0});
-  wave.values.resize(wave.requests.size());
-  engine_.shade(wave.requests, 0, world_.settings().unbiased ? Purpose::Sample : Purpose::Vertex,
-                wave.values);
-  for (size_t k = 0; k < wave.byHit.size(); ++k) wave.radiosity[wave.byHit[k]] = wave.values[k];
-  for (const auto& [i, key] : wave.groupOf) {
+  const bool unbiased = world_.settings().unbiased;
+  const auto shadeThem = [&](std::span<const uint32_t> which, Purpose purpose) {
+    if (which.empty()) return;
+    wave.requests.clear();
+    for (const uint32_t i : which) {
+      const Walk& walk = wave.walks[wave.active[i]];
+      wave.requests.push_back({wave.points[i], unbiased ? walk.seed(kPoint) : seedOf(i), walk.bounces,
+                               unbiased ? walk.sample : 0});
+    }
+    wave.values.resize(wave.requests.size());
+    engine_.shade(wave.requests, 0, purpose, wave.values);
+    for (size_t k = 0; k < which.size(); ++k) wave.radiosity[which[k]] = wave.values[k];
+  };
+  shadeThem(wave.byHit, unbiased ? Purpose::Sample : Purpose::Vertex);
+  shadeThem(wave.parts, Purpose::Part);
+  for (const auto& [i, key, part] : wave.sharing) {
     wave.radiosity[i] = wave.radiosity[wave.met.at(key).second];
-    if (wave.around[i].count == 0 && patches[patches.find(wave.points[i].placement, wave.points[i].face,
-                                                          wave.points[i].u, wave.points[i].v)]
-                                             .group == 0)
-      wave.inCell.emplace(key, wave.radiosity[i]);
+    if (part) wave.inCell.emplace(key, wave.radiosity[i]);
   }
 }
 

@@ -63,12 +63,12 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
   for (size_t begin = 0, next = 0; begin < w.lightOf.size(); begin = next) {
     const uint32_t light = w.lightOf[begin].light;
     w.positions.clear(), w.random.clear();
+    uint32_t again = 0;
     for (next = begin; next < w.lightOf.size() && w.lightOf[next].light == light; ++next) {
       const Workspace::LightOf& of = w.lightOf[next];
       const Request& request = requests[of.request];
       // A light that was picked more than once gets other samples each time.
-      const uint32_t again =
-          next > begin && w.lightOf[next - 1].request == of.request ? ++w.again1 : (w.again1 = 0);
+      again = next > begin && w.lightOf[next - 1].request == of.request ? again + 1 : 0;
       for (uint32_t k = 0; k < of.count; ++k) {
         w.positions.push_back(w.points[of.request].P);
         w.random.push_back(

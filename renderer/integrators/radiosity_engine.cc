@@ -25,6 +25,8 @@ int RayBudget::diffuse(int depth, Purpose purpose) const {
   if (purpose == Purpose::Truth && depth < RadiosityEngine::kCachedDepths) return kTruthRays;
   if (isRay(purpose)) return 1;
   if (purpose == Purpose::Sample) return std::max(1, (diffuse0 + samples / 2) / samples);
+  if (purpose == Purpose::Part)
+    return std::max(1, diffuse0 * kPartsWorth / std::clamp(samples, kPartsWorth, kParts));
   if (depth == 0) return diffuse0;
   const int whole = std::max(depth == 1 ? 4 : 2, diffuse0 >> (depth == 1 ? 3 : depth == 2 ? 4 : 5));
   return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);
@@ -33,6 +35,8 @@ int RayBudget::diffuse(int depth, Purpose purpose) const {
 int RayBudget::light(int depth, Purpose purpose) const {
   if (isRay(purpose)) return 1;
   if (purpose == Purpose::Sample) return std::max(1, (light0 + samples / 2) / samples);
+  if (purpose == Purpose::Part)
+    return std::max(1, light0 * kPartsWorth / std::clamp(samples, kPartsWorth, kParts));
   if (depth == 0) return light0;
   const int whole = std::max(1, light0 >> (depth == 1 ? 2 : 3));
   return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);

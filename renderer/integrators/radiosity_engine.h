@@ -28,15 +28,18 @@ enum class Purpose : uint8_t {
   FineVertex,  ///< of the cache's fine level: its neighbours are so near that they share the work
   Ray,         ///< a part of a larger estimate: one ray of each kind
   Sample,      ///< of the camera, of which a pixel has many
+  Part,        ///< of a pixel, of which it has up to RayBudget::kParts
   Truth        ///< as Ray, but its mean is not to depend on what the cache holds
 };
 constexpr bool isRay(Purpose purpose) { return purpose == Purpose::Ray || purpose == Purpose::Truth; }
 
 /// How many rays a shading point gets by its diffuse depth.
 struct RayBudget {
-  int diffuse0 = 128;  ///< gather rays at depth 0
-  int light0 = 16;     ///< rays to an area or sky light at depth 0
-  int samples = 1;     ///< of a pixel, among which Purpose::Sample divides them
+  static constexpr int kParts = 16;      ///< of a pixel that are shaded apart, at most
+  static constexpr int kPartsWorth = 4;  ///< so many times the rays of one point all of them have
+  int diffuse0 = 128;                    ///< gather rays at depth 0
+  int light0 = 16;                       ///< rays to an area or sky light at depth 0
+  int samples = 1;  ///< of a pixel, among which Purpose::Sample divides them, and Purpose::Part
   int diffuse(int depth, Purpose purpose) const;
   int light(int depth, Purpose purpose) const;
 };

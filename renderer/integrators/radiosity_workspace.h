@@ -99,7 +99,6 @@ struct RadiosityEngine::Workspace {
     float share;     // of the light's in the sum: what makes up for its chance to be picked
   };
   std::vector<LightOf> lightOf;
-  uint32_t again1 = 0;
   struct Shadowed {
     uint32_t request, sample, light, number;
     bool above;

@@ -183,11 +183,9 @@ TEST(MotionBlur, SamplesDoNotMultiplyShading) {
   EXPECT_LT(vertices[2], vertices[1] * 1.08);
   EXPECT_LT(vertices[3], vertices[2] * 1.03);
   // 64 times as many samples take little more of all else, too: where balls touch the floor's micropolygons
-  // points are shaded one by one, but no more than some in each pixel. (Irradiance at vertices is interpolated,
-  // so that those points' rays are half of all here.)
+  // points are shaded one by one, but no more than some in each pixel.
   const std::vector<double>& rays = counts["gather rays"];
-  EXPECT_LT(rays[3], rays[0] * 2.2);
-  EXPECT_LT(rays[3], rays[2] * 1.4);
+  EXPECT_LT(rays[3], rays[0] * 1.6);
 }
 
 /// Mean and spread of the picture of a small disc of radius `size` at depth z, out of focus.
