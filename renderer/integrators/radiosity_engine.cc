@@ -14,7 +14,13 @@ namespace {
 STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/points shaded at hits", hitPoints);
 
-constexpr int kFineShare = 8;
+/// Vertices of the fine level send an eighth of the rays of those of the coarse level in a large patch.
+constexpr int shift(Purpose purpose) {
+  return purpose == Purpose::HalfVertex      ? 1
+         : purpose == Purpose::QuarterVertex ? 2
+         : purpose == Purpose::FineVertex    ? 3
+                                             : 0;
+}
 /// Rays of a truth whose look-ups the cache answers: more of them, corrected less often, cost less for the
 /// same variance than one that is always followed.
 constexpr int kTruthRays = 4;
@@ -29,7 +35,7 @@ int RayBudget::diffuse(int depth, Purpose purpose) const {
     return std::max(1, diffuse0 * kPartsWorth / std::clamp(samples, kPartsWorth, kParts));
   if (depth == 0) return diffuse0;
   const int whole = std::max(depth == 1 ? 4 : 2, diffuse0 >> (depth == 1 ? 3 : depth == 2 ? 4 : 5));
-  return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);
+  return std::max(1, whole >> shift(purpose));
 }
 
 int RayBudget::light(int depth, Purpose purpose) const {
@@ -39,7 +45,7 @@ int RayBudget::light(int depth, Purpose purpose) const {
     return std::max(1, light0 * kPartsWorth / std::clamp(samples, kPartsWorth, kParts));
   if (depth == 0) return light0;
   const int whole = std::max(1, light0 >> (depth == 1 ? 2 : 3));
-  return purpose == Purpose::Vertex ? whole : std::max(1, whole / kFineShare);
+  return std::max(1, whole >> shift(purpose));
 }
 
 RadiosityEngine::RadiosityEngine(const World& world, const Settings& settings)
@@ -68,32 +74,52 @@ size_t RadiosityEngine::pointsAtOnce(int raysOfEach) const {
   return std::clamp(raysAtOnce() / static_cast<size_t>(std::max(raysOfEach, 1)), size_t{256}, size_t{8192});
 }
 
-void RadiosityEngine::shade(std::span<const Request> requests, int depth, Purpose purpose,
-                            std::span<Rgb> out) const {
+void RadiosityEngine::shade(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
+                            std::span<const Spot> spots) const {
   hitPoints += static_cast<int64_t>(requests.size());
   const size_t batch = pointsAtOnce(settings_.rays.diffuse(depth, purpose));
   for (size_t first = 0; first < requests.size(); first += batch) {
     const size_t n = std::min(batch, requests.size() - first);
-    shadeNested(requests.subspan(first, n), depth, purpose, out.subspan(first, n), 0);
+    shadeNested(requests.subspan(first, n), depth, purpose, out.subspan(first, n), 0,
+                spots.empty() ? spots : spots.subspan(first, n));
   }
 }
 
-void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, Purpose purpose,
-                                  std::span<Rgb> out, int nesting, std::span<const Vertex> vertices) const {
-  Workspace& w = workspace(nesting);
+void RadiosityEngine::indirect(std::span<const Request> requests, Purpose purpose,
+                               std::span<Irradiance> out) const {
+  Workspace& w = workspace(0);
+  const size_t batch = pointsAtOnce(settings_.rays.diffuse(0, purpose));
+  for (size_t first = 0; first < requests.size(); first += batch) {
+    const size_t n = std::min(batch, requests.size() - first);
+    prepare(requests.subspan(first, n), w);
+    addIndirect(requests.subspan(first, n), 0, purpose, w, 0, {});
+    std::copy_n(w.indirect.begin(), n, out.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+}
+
+void RadiosityEngine::prepare(std::span<const Request> requests, Workspace& w) const {
   w.points.clear();
   for (const Request& request : requests) w.points.push_back(request.point);
   world_.shading().shade(w.points, ShadingParts::Radiosity, w.shaded);
   w.front.assign(requests.size(), Rgb(0, 0, 0));
   w.back.assign(requests.size(), Rgb(0, 0, 0));
   w.extra.assign(requests.size(), Rgb(0, 0, 0));
+  w.indirect.assign(requests.size(), {});
+}
+
+void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, Purpose purpose,
+                                  std::span<Rgb> out, int nesting, std::span<const Spot> spots) const {
+  Workspace& w = workspace(nesting);
+  prepare(requests, w);
   world_.addAmbient(w.points, w.shaded.terms, w.extra);
   addDirect(requests, depth, purpose, w);
-  addIndirect(requests, depth, purpose, w, nesting, vertices);
+  addIndirect(requests, depth, purpose, w, nesting, spots);
   for (size_t i = 0; i < requests.size(); ++i) {
     const SurfaceTerms& terms = w.shaded.terms[i];
     out[i] = terms.emission + w.extra[i] +
-             (terms.reflectance * w.front[i] + terms.transmittance * w.back[i]) * kInvPi;
+             (terms.reflectance * (w.front[i] + w.indirect[i].front) +
+              terms.transmittance * (w.back[i] + w.indirect[i].back)) *
+                 kInvPi;
   }
 }
 
@@ -126,7 +152,8 @@ RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool fro
           bounces, 0};
 }
 
-void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const {
+void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out,
+                               std::span<Irradiance> indirect) const {
   Workspace& w = workspace(0);
   if (cache_) {
     w.waiting.clear(), w.vertexOf.clear();
@@ -179,6 +206,8 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
     // Rounded as the cache rounds: a picture without it differs by what the cache does, not by its format.
     for (size_t i = 0; i < n; ++i)
       out[w.order[first + i]] = PackedRgb::unpack(PackedRgb::pack(w.fillRadiance[i]));
+    if (indirect.empty()) continue;
+    for (size_t i = 0; i < n; ++i) indirect[w.order[first + i]] = workspace(1).indirect[i];
   }
 }
 

@@ -24,12 +24,14 @@ namespace patina {
 
 /// What a point is shaded for, which says how much it may cost.
 enum class Purpose : uint8_t {
-  Vertex,      ///< of the camera's micropolygons (depth 0), or of the coarse and medium level of the cache
-  FineVertex,  ///< of the cache's fine level: its neighbours are so near that they share the work
-  Ray,         ///< a part of a larger estimate: one ray of each kind
-  Sample,      ///< of the camera, of which a pixel has many
-  Part,        ///< of a pixel, of which it has up to RayBudget::kParts
-  Truth        ///< as Ray, but its mean is not to depend on what the cache holds
+  Vertex,      ///< of the camera's micropolygons (depth 0), or of the cache's coarse level in a large patch
+  HalfVertex,  ///< of the cache, with fewer micropolygons to a vertex: it is met less often, and shares
+  QuarterVertex,  ///< the work with more neighbours
+  FineVertex,     ///< of the cache's fine level
+  Ray,            ///< a part of a larger estimate: one ray of each kind
+  Sample,         ///< of the camera, of which a pixel has many
+  Part,           ///< of a pixel, of which it has up to RayBudget::kParts
+  Truth           ///< as Ray, but its mean is not to depend on what the cache holds
 };
 constexpr bool isRay(Purpose purpose) { return purpose == Purpose::Ray || purpose == Purpose::Truth; }
 
@@ -63,11 +65,16 @@ class RadiosityEngine {
   };
   RadiosityEngine(const World& world, const Settings& settings);
 
+  /// Indirect irradiance of both sides of a point, the smooth sky's included.
+  struct Irradiance {
+    Rgb front{0, 0, 0}, back{0, 0, 0};
+  };
   struct Request {
     ShadingPoint point;
     uint64_t seed;        ///< of random numbers: points of equal seed get equal ones
     int bounces;          ///< diffuse bounces that may still follow from here: see bouncesAt()
     uint32_t sample = 0;  ///< among those of equal seed: their random numbers continue each other
+    const Irradiance* indirect = nullptr;  ///< what is known of it; nullptr: it is gathered [borrowed]
   };
   /// Diffuse bounces that may follow from a point of `placement` where `allowed` are left on the way to it:
   /// an object may allow fewer from there on, never more. PRMan: MIN(parent.max, parent.depth + object.max).
@@ -75,10 +82,6 @@ class RadiosityEngine {
     return std::min(allowed, world_.attributesOf(placement).maxDiffuseDepth);
   }
   static constexpr int kManyBounces = 1 << 20;
-
-  /// Radiance B that leaves each point, at diffuse depth `depth`, sampled anew.
-  /// [any thread]
-  void shade(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out) const;
 
   /// A vertex of the fine level of a patch, as seen at diffuse depth 0.
   struct Vertex {
@@ -88,10 +91,29 @@ class RadiosityEngine {
     uint8_t bounces;  ///< keptBounces() of those that may follow
     bool operator==(const Vertex&) const = default;
   };
+  /// A place among such vertices.
+  struct Spot {
+    uint32_t patch;
+    bool front;
+    uint8_t bounces;
+    VertexWeights around;
+  };
+
+  /// Radiance B that leaves each point, at diffuse depth `depth`, sampled anew. Where `spots` says between
+  /// which vertices each of them lies (at depth 0, with a cache), their indirect irradiance is taken from
+  /// there. [any thread]
+  void shade(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
+             std::span<const Spot> spots = {}) const;
+
+  /// Indirect irradiance of each point at diffuse depth 0, sampled anew, on the sides from which its surface
+  /// scatters any. [any thread]
+  void indirect(std::span<const Request> requests, Purpose purpose, std::span<Irradiance> out) const;
   /// As keys tell them apart: from 15 on they are as many as the scene allows at that depth.
   static uint8_t keptBounces(int bounces) { return static_cast<uint8_t>(std::min(bounces, kMostKept)); }
-  /// B at vertices, from the cache or made and kept. [any thread]
-  void vertices(std::span<const Vertex> wanted, std::span<Rgb> out) const;
+  /// B at vertices, from the cache or made and kept; without a cache, their indirect irradiance, too.
+  /// [any thread]
+  void vertices(std::span<const Vertex> wanted, std::span<Rgb> out,
+                std::span<Irradiance> indirect = {}) const;
 
   /// A cell of a patch, where a point of it was met: the vertices around that, of the fine level.
   struct Cell {
@@ -130,9 +152,11 @@ class RadiosityEngine {
   Workspace& workspace(int nesting) const;
   Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth,
                         uint8_t keptBounces) const;
-  /// `vertices`: which vertices of depth 0 the requests are, whose irradiance may be interpolated; or empty.
+  /// `spots`: which places among vertices the requests are, whose irradiance may be interpolated; or empty.
   void shadeNested(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
-                   int nesting, std::span<const Vertex> vertices = {}) const;
+                   int nesting, std::span<const Spot> spots = {}) const;
+  /// What surfaces at the requests' points say, to w.
+  void prepare(std::span<const Request> requests, Workspace& w) const;
   void addDirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w) const;
   void addDirect(std::span<const Request> requests, size_t first, size_t end, int depth, Purpose purpose,
                  Workspace& w) const;
@@ -141,7 +165,7 @@ class RadiosityEngine {
     return world_.lights().isDelta(light) && !world_.geometry().samplesMotion();
   }
   void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w, int nesting,
-                   std::span<const Vertex> vertices) const;
+                   std::span<const Spot> spots) const;
   /// Irradiance of the requests' front from a gather each, to w.front; with the distances of what it met.
   void gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const;
   /// Sends the rays of w.senders.

@@ -33,7 +33,7 @@ void RadiosityEngine::Residuals::add(const Directs& directs, std::span<const Rgb
 }
 
 void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w,
-                                  int nesting, std::span<const Vertex> vertices) const {
+                                  int nesting, std::span<const Spot> spots) const {
   if (world_.settings().classic) return;
   w.senders.clear(), w.irradianceWanted.clear(), w.irradianceSlot.clear();
   // E = integral of L cos over the hemisphere; with density cos/pi a ray's weight is pi / count.
@@ -42,6 +42,10 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
   const float residual = purpose == Purpose::Sample ? 1 / static_cast<float>(count) : settings_.residual;
   const bool truth = settings_.residual > 0 && (purpose == Purpose::Sample || purpose == Purpose::Truth);
   for (uint32_t i = 0; i < requests.size(); ++i) {
+    if (requests[i].indirect) {
+      w.indirect[i] = *requests[i].indirect;
+      continue;
+    }
     const SurfaceTerms& terms = w.shaded.terms[i];
     const int bounces = settings_.indirect ? requests[i].bounces : 0;
     if (bounces <= 0 && !world_.lightsOf(w.points[i].placement).smooth) continue;
@@ -54,27 +58,35 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
     }
     for (const bool behind : {false, true}) {
       if (isBlack(behind ? terms.transmittance : terms.reflectance)) continue;
-      if (vertices.empty()) {
+      if (spots.empty()) {
         w.senders.push_back({i, behind, residual, static_cast<int>(requests[i].sample) * count, count, spread,
                              kPi * roulette / static_cast<float>(count)});
         continue;
       }
       // What is behind one side is in front of the other.
-      w.irradianceWanted.push_back(vertices[i]);
-      if (behind) w.irradianceWanted.back().front = !vertices[i].front;
-      w.irradianceSlot.push_back(2 * i + (behind ? 1u : 0u));
+      const Spot& spot = spots[i];
+      for (int k = 0; k < spot.around.count; ++k) {
+        w.irradianceWanted.push_back(
+            {spot.patch, spot.front != behind, static_cast<uint16_t>(spot.around.index[k]), spot.bounces});
+        w.irradianceSlot.push_back({2 * i + (behind ? 1u : 0u), spot.around.weight[k]});
+      }
     }
   }
-  if (vertices.empty()) {
+  if (spots.empty()) {
     gather(requests, depth, truth, w, nesting);
-    for (const Workspace::Sender& sender : w.senders)
-      (sender.behind ? w.back : w.front)[sender.request] += sender.received;
+    for (const Workspace::Sender& sender : w.senders) {
+      Irradiance& to = w.indirect[sender.request];
+      (sender.behind ? to.back : to.front) += sender.received;
+    }
     return;
   }
   w.irradianceFound.resize(w.irradianceWanted.size());
   irradiance(w.irradianceWanted, w.irradianceFound, nesting);
-  for (size_t k = 0; k < w.irradianceSlot.size(); ++k)
-    (w.irradianceSlot[k] & 1u ? w.back : w.front)[w.irradianceSlot[k] / 2] += w.irradianceFound[k];
+  for (size_t k = 0; k < w.irradianceSlot.size(); ++k) {
+    const auto [slot, weight] = w.irradianceSlot[k];
+    Irradiance& to = w.indirect[slot / 2];
+    (slot & 1u ? to.back : to.front) += w.irradianceFound[k] * weight;
+  }
 }
 
 void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const {

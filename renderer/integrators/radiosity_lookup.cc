@@ -23,6 +23,19 @@ STAT_COUNTER("Radiosity/entries made by another thread meanwhile", madeByOthers)
 
 constexpr Level finer(Level level) { return static_cast<Level>(static_cast<int>(level) + 1); }
 
+/// A vertex is worth rays by the root of how often it is met, which goes with the micropolygons that are its
+/// share: that balances what its noise and what its rays cost.
+Purpose purposeOf(const Patch& patch, Level level) {
+  if (level == Level::Fine || patch.group == 1) return Purpose::FineVertex;
+  if (patch.group > 1) return patch.group == 2 ? Purpose::HalfVertex : Purpose::Vertex;
+  const uint32_t cells = uint32_t{patch.cellsU} * patch.cellsV / (patch.shape == FaceShape::Quad ? 1 : 2),
+                 vertices = patch.vertexCount(level);
+  return cells >= 32 * vertices  ? Purpose::Vertex
+         : cells >= 8 * vertices ? Purpose::HalfVertex
+         : cells >= 2 * vertices ? Purpose::QuarterVertex
+                                 : Purpose::FineVertex;
+}
+
 }  // namespace
 
 /// False: something stands in the cell.
@@ -326,32 +339,29 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
   for (size_t k = 0; k < w.pairs.size(); ++k)
     if (w.separated[k]) w.fillCodes[w.pairOf[k][0]] = w.fillCodes[w.pairOf[k][1]] = PackedRgb::kMissing;
 
-  for (size_t purpose = 0; purpose < 2; ++purpose)
+  for (size_t purpose = 0; purpose < w.shadeRequests.size(); ++purpose)
     w.shadeRequests[purpose].clear(), w.codeOf[purpose].clear();
-  w.fillVertices.clear();
+  w.fillSpots.clear();
   for (size_t k = 0; k < fills.size(); ++k) {
     const Waiting& x = waiting[w.wants[fills[k].firstWant].waiting];
     const uint32_t end =
         k + 1 < fills.size() ? fills[k + 1].firstCode : static_cast<uint32_t>(w.fillCodes.size());
-    // The finest groups of faces are like fine vertices: many are met, and each of them seldom.
-    const size_t purpose = x.stored == Level::Fine || patches[x.patch].group == 1 ? 1 : 0;
+    const auto purpose = static_cast<size_t>(purposeOf(patches[x.patch], x.stored));
     for (uint32_t code = fills[k].firstCode; code < end; ++code) {
       if (w.fillCodes[code] == PackedRgb::kMissing) continue;
       w.shadeRequests[purpose].push_back(w.fillRequests[code]);
       w.codeOf[purpose].push_back(code);
       if (depth == 0 && settings_.irradianceError > 0)
-        w.fillVertices.push_back({x.patch, x.front,
-                                  static_cast<uint16_t>(x.around.index[w.wants[fills[k].firstWant].corner]),
-                                  x.bounces});
+        w.fillSpots.push_back(
+            {x.patch, x.front, x.bounces, {{x.around.index[w.wants[fills[k].firstWant].corner]}, {1}, 1}});
     }
   }
-  for (size_t purpose = 0; purpose < 2; ++purpose) {
+  for (size_t purpose = 0; purpose < w.shadeRequests.size(); ++purpose) {
     const std::vector<Request>& requests = w.shadeRequests[purpose];
     if (requests.empty()) continue;
     vertexPoints += static_cast<int64_t>(requests.size());
     w.fillRadiance.resize(requests.size());
-    shadeNested(requests, depth, purpose == 1 ? Purpose::FineVertex : Purpose::Vertex, w.fillRadiance,
-                nesting + 1, w.fillVertices);
+    shadeNested(requests, depth, static_cast<Purpose>(purpose), w.fillRadiance, nesting + 1, w.fillSpots);
     for (size_t k = 0; k < requests.size(); ++k)
       w.fillCodes[w.codeOf[purpose][k]] = PackedRgb::pack(w.fillRadiance[k]);
   }

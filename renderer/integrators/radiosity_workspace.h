@@ -87,7 +87,8 @@ struct RadiosityEngine::Workspace {
   // shadeNested
   std::vector<ShadingPoint> points;
   ShadedPoints shaded;
-  std::vector<Rgb> front, back, extra;  // irradiance; ambient light
+  std::vector<Rgb> front, back, extra;  // irradiance, of lights; ambient light
+  std::vector<Irradiance> indirect;
   // addDirect
   std::vector<uint32_t> which;
   std::vector<V3f> positions;
@@ -191,8 +192,10 @@ struct RadiosityEngine::Workspace {
   std::vector<uint8_t> smooth;
   std::vector<uint32_t> sameAs;
   std::vector<Request> ends;
-  std::vector<Vertex> irradianceWanted, fillVertices;
-  std::vector<uint32_t> irradianceSlot;
+  std::vector<Vertex> irradianceWanted;
+  std::vector<Spot> fillSpots;
+  std::vector<std::pair<uint32_t, float>>
+      irradianceSlot;  // two times the request, and 1 for its back; weight
   std::vector<Rgb> irradianceFound;
   // lookUp
   std::vector<Lookup> lookups;
@@ -208,8 +211,8 @@ struct RadiosityEngine::Workspace {
   std::vector<Fill> fills, others;  // to be made here, and by other threads
   std::vector<Request> fillRequests;
   std::vector<uint64_t> fillCodes;
-  std::array<std::vector<Request>, 2> shadeRequests;  // Vertex, FineVertex
-  std::array<std::vector<uint32_t>, 2> codeOf;
+  std::array<std::vector<Request>, 4> shadeRequests;  // by Purpose, Vertex to FineVertex
+  std::array<std::vector<uint32_t>, 4> codeOf;
   std::vector<Rgb> fillRadiance;
   std::vector<std::array<uint32_t, 2>> pairOf;  // of fillRequests
   std::vector<PointPair> pairs, hiddenPairs;

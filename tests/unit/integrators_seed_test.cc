@@ -2,8 +2,7 @@
 // Seeds: the same bits for the same, independent pictures of the same mean for others, in every mode.
 #include <gtest/gtest.h>
 
-#include "renderer/integrators/render.h"
-#include "renderer/scene/scene_builder.h"
+#include "tests/unit/integrators_render.h"
 
 namespace patina {
 namespace {
@@ -23,21 +22,10 @@ std::vector<Rgb> render(const std::string& mode, int samples, std::optional<int>
       "Polygon \"P\" [-2 -1 -2  -2 -1 2  2 -1 2  2 -1 -2] Polygon \"P\" [-2 -1 2  -2 3 2  2 3 2  2 -1 2] "
       "Color [.8 .2 .2] Polygon \"P\" [-2 -1 -2  -2 3 -2  -2 3 2  -2 -1 2] "
       "Surface \"plastic\" Color [.3 .8 .3] Translate .4 -.4 0 Sphere .6 -.6 .6 360 WorldEnd";
-  ErrorHandler errors([](Severity, std::string_view message) { ADD_FAILURE() << message; });
   RenderSettings settings;
-  settings.mode = mode, settings.samples = samples, settings.threads = 2, settings.seed = seed;
+  settings.mode = mode, settings.samples = samples, settings.seed = seed;
   settings.rays = 4, settings.lightSamples = 1, settings.shadeAtHits = shadeAtHits;
-  settings.shaderPath = PATINA_BINARY_DIR "/lib/patina/shaders";
-  std::vector<Rgb> picture;
-  SceneBuilder builder({}, errors, [&](Scene& scene) {
-    const auto film = renderFrame(scene, settings, errors);
-    ASSERT_TRUE(film);
-    for (int y = 0; y < kSize; ++y)
-      for (int x = 0; x < kSize; ++x)
-        picture.emplace_back(film->value(x, y, 0), film->value(x, y, 1), film->value(x, y, 2));
-  });
-  builder.readText(rib, "half_box.rib");
-  return picture;
+  return renderPicture(rib, settings);
 }
 
 /// Mean square of the difference between blocks of pixels.

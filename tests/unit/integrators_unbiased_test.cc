@@ -4,9 +4,7 @@
 
 #include <cmath>
 
-#include "renderer/base/statistics.h"
-#include "renderer/integrators/render.h"
-#include "renderer/scene/scene_builder.h"
+#include "tests/unit/integrators_render.h"
 
 namespace patina {
 namespace {
@@ -18,27 +16,7 @@ std::vector<Rgb> render(const std::string& world, const RenderSettings& wanted) 
       "Format 16 16 1 PixelFilter \"box\" 1 1 Projection \"perspective\" \"fov\" [50] Translate 0 -1 4 "
       "WorldBegin " +
       world + " WorldEnd";
-  ErrorHandler errors([](Severity, std::string_view message) { ADD_FAILURE() << message; });
-  RenderSettings settings = wanted;
-  settings.threads = 2, settings.shadeAtHits = settings.shadeAtHits || settings.unbiased;
-  settings.shaderPath = PATINA_BINARY_DIR "/lib/patina/shaders";
-  resetStatistics();
-  std::vector<Rgb> picture;
-  SceneBuilder builder({}, errors, [&](Scene& scene) {
-    const auto film = renderFrame(scene, settings, errors);
-    ASSERT_TRUE(film);
-    for (int y = 0; y < kSize; ++y)
-      for (int x = 0; x < kSize; ++x)
-        picture.emplace_back(film->value(x, y, 0), film->value(x, y, 1), film->value(x, y, 2));
-  });
-  builder.readText(rib, "unbiased.rib");
-  return picture;
-}
-
-double statistic(const std::string& name) {
-  for (const StatEntry& entry : statistics())
-    if (entry.name == name) return entry.value;
-  return 0;
+  return renderPicture(rib, wanted);
 }
 
 RenderSettings inMode(const std::string& mode, int samples) {
