@@ -163,6 +163,11 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
       ++statistics.lookups;
       const BlockVertex at = world_.geometry().patches()[v.patch].blockOf(v.index);
       const uint32_t index = at.index;
+      Waiting x;
+      x.patch = v.patch, x.front = v.front, x.level = x.stored = Level::Fine, x.block = at.block;
+      x.bounces = v.bounces, x.counted = false;
+      x.around.count = 1, x.around.index[0] = v.index, x.inBlock[0] = index;
+      survey(x, 0);
       uint64_t code;
       if (cache_->find({v.patch, v.front, 0, at.block, v.bounces}, Level::Fine, {&index, 1}, &code) &&
           code != PackedRgb::kMissing) {
@@ -170,12 +175,8 @@ void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> ou
         out[k] = PackedRgb::unpack(code);
         continue;
       }
-      Waiting& x = w.waiting.emplace_back();
-      x.patch = v.patch, x.front = v.front, x.level = x.stored = Level::Fine, x.block = at.block;
-      x.bounces = v.bounces;
-      x.counted = false;
-      x.around.count = 1, x.around.index[0] = v.index, x.inBlock[0] = index;
       x.codes.fill(PackedRgb::kMissing);
+      w.waiting.push_back(x);
       w.vertexOf.push_back(k);
     }
     make(w.waiting, 0, 0);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "renderer/base/sampling.h"
+#include "renderer/cache/cache_survey.h"
 #include "renderer/cache/fill_claims.h"
 #include "renderer/cache/patch_cache.h"
 #include "renderer/integrators/opacity_cache.h"
@@ -187,6 +188,9 @@ class RadiosityEngine {
   enum class Settled : uint8_t { Done, Waits, GoesFiner };
   CacheKey place(const Lookup& lookup, uint32_t k, uint32_t patch, Level level, int depth, Workspace& w,
                  Waiting& x) const;
+  /// Names an entry, at a depth, but for the vertex of the fine level in its lowest five bits.
+  static uint64_t entryKey(const Waiting& x, int depth);
+  void survey(const Waiting& x, int depth) const;
   static Settled take(Lookup& lookup, Waiting& x, bool known, std::vector<Waiting>& waiting);
   void tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t patch, Level level, int depth, Workspace& w,
                  std::vector<Waiting>& waiting) const;
@@ -235,6 +239,7 @@ class RadiosityEngine {
     void report() const;
   };
   mutable Residuals residual_;
+  mutable CacheSurvey survey_;  ///< of values in the cache, by entryKey()
   std::unique_ptr<OpacityCache> opacityCache_;
   int mostBounces_ = 0;        ///< that any object allows
   mutable FillClaims claims_;  ///< by Want::key

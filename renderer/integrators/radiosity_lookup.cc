@@ -21,6 +21,9 @@ STAT_COUNTER("Radiosity cache/rays/shaded, as they are the last ones and meet sm
 STAT_COUNTER("Radiosity cache/rays/shaded, as something stands in the cell", raySeparated);
 STAT_COUNTER("Radiosity/entries made by another thread meanwhile", madeByOthers);
 
+/// Of a key, the vertex of the fine level.
+constexpr uint64_t kInBlock = 31;
+
 constexpr Level finer(Level level) { return static_cast<Level>(static_cast<int>(level) + 1); }
 
 /// A vertex is worth rays by the root of how often it is met, which goes with the micropolygons that are its
@@ -70,6 +73,7 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
       }
       const bool known = cache_->read(p.probe, x.inBlockOf(), x.codes.data());
       ++asked[static_cast<size_t>(x.stored)];
+      survey(x, depth);
       const Settled settled = take(lookups[x.lookup], x, known, w.waiting);
       hits[static_cast<size_t>(x.stored)] += settled != Settled::Waits;
       if (settled == Settled::GoesFiner)
@@ -175,6 +179,18 @@ CacheKey RadiosityEngine::place(const Lookup& lookup, uint32_t k, uint32_t index
   return {index, hit.front, static_cast<uint8_t>(depth), x.block, x.bounces};
 }
 
+uint64_t RadiosityEngine::entryKey(const Waiting& x, int depth) {
+  return uint64_t{x.bounces} << 48 | static_cast<uint64_t>(depth) << 44 | uint64_t{x.patch} << 12 |
+         uint64_t{x.front} << 11 | static_cast<uint64_t>(x.stored) << 9 | uint64_t{x.block} << 5;
+}
+
+/// Notes which values are asked for.
+void RadiosityEngine::survey(const Waiting& x, int depth) const {
+  uint32_t values = 0;
+  for (const uint32_t index : x.inBlockOf()) values |= 1u << index;
+  survey_.asked(entryKey(x, depth), values);
+}
+
 /// Takes the value if it is `known`, or has it wait to be made.
 RadiosityEngine::Settled RadiosityEngine::take(Lookup& lookup, Waiting& x, bool known,
                                                std::vector<Waiting>& waiting) {
@@ -197,6 +213,7 @@ void RadiosityEngine::tryLevels(std::span<Lookup> lookups, uint32_t k, uint32_t 
     const CacheKey key = place(lookups[k], k, index, level, depth, w, x);
     CacheStatistics& statistics = cacheStatistics(x.stored, depth);
     ++statistics.lookups;
+    survey(x, depth);
     const bool known = cache_->find(key, x.stored, x.inBlockOf(), x.codes.data());
     const Settled settled = take(lookups[k], x, known, waiting);
     if (settled != Settled::Waits) ++statistics.hits;
@@ -213,9 +230,7 @@ void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting
   w.wants.clear(), w.fills.clear(), w.others.clear();
   for (uint32_t k = 0; k < waiting.size(); ++k) {
     const Waiting& x = waiting[k];
-    const uint64_t key = uint64_t{x.bounces} << 48 | static_cast<uint64_t>(depth) << 44 |
-                         uint64_t{x.patch} << 12 | uint64_t{x.front} << 11 |
-                         static_cast<uint64_t>(x.stored) << 9 | uint64_t{x.block} << 5;
+    const uint64_t key = entryKey(x, depth);
     if (x.stored != Level::Fine)
       w.wants.push_back({key, k, 0});
     else
@@ -373,12 +388,13 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
     const CacheKey key{x.patch, x.front, static_cast<uint8_t>(depth), x.block, x.bounces};
     const uint32_t first = fills[k].firstCode;
     const bool fine = x.stored == Level::Fine;
+    survey_.made(entryKey(x, depth),
+                 fine ? 1u << (want.key & kInBlock) : (1u << patches[x.patch].vertexCount(x.stored)) - 1);
     if (!fine) {
       cache_->store(key, x.stored,
                     std::span(w.fillCodes).subspan(first, patches[x.patch].vertexCount(x.stored)));
     } else {
       // Vertices of one block follow each other.
-      constexpr uint64_t kInBlock = 31;
       const auto blockOf = [&](size_t i) { return w.wants[fills[i].firstWant].key & ~kInBlock; };
       if (k == 0 || blockOf(k - 1) != blockOf(k)) block.fill(PackedRgb::kMissing);
       block[want.key & kInBlock] = w.fillCodes[first];

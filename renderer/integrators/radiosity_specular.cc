@@ -200,6 +200,10 @@ void RadiosityEngine::Residuals::report() const {
 void RadiosityEngine::report() const {
   if (!cache_) return;
   opacityCache_->report();
+  const CacheSurvey::Totals values = survey_.totals();
+  setStatistic("Radiosity cache/values/made, about", values.made);
+  setStatistic("Radiosity cache/values/made again, about", values.again);
+  setStatistic("Radiosity cache/values/made and never asked for, about", values.unwanted);
   for (int k = 0; k < kLevels; ++k) {
     const auto level = static_cast<Level>(k);
     const std::string path = fmt::format("Radiosity cache/{}/", k == 0   ? "coarse"

@@ -2,9 +2,7 @@
 // What the radiosity cache makes, and how often.
 #include <gtest/gtest.h>
 
-#include "renderer/base/statistics.h"
-#include "renderer/integrators/render.h"
-#include "renderer/scene/scene_builder.h"
+#include "tests/unit/integrators_render.h"
 
 namespace patina {
 namespace {
@@ -14,15 +12,17 @@ double verticesMade(int threads) {
   RenderSettings settings;
   settings.mode = "radiosity", settings.samples = 4, settings.threads = threads, settings.rays = 32;
   settings.shaderPath = PATINA_BINARY_DIR "/lib/patina/shaders";
-  double made = 0;
   SceneBuilder builder({}, errors, [&](Scene& scene) {
     scene.options.xResolution = scene.options.yResolution = 64;
     resetStatistics();
     ASSERT_TRUE(renderFrame(scene, settings, errors));
-    for (const StatEntry& entry : statistics())
-      if (entry.name == "Radiosity/points shaded from the cache's vertices") made = entry.value;
   });
   EXPECT_TRUE(builder.readFile(PATINA_SOURCE_DIR "/tests/scenes/cornell/scene.rib"));
+  const double made = statistic("Radiosity/points shaded from the cache's vertices");
+  // There is room for all of them; one entry of 64 is watched.
+  EXPECT_EQ(statistic("Radiosity cache/values/made again, about"), 0);
+  EXPECT_NEAR(statistic("Radiosity cache/values/made, about"), made, 0.25 * made);
+  EXPECT_LT(statistic("Radiosity cache/values/made and never asked for, about"), 0.25 * made);
   return made;
 }
 
