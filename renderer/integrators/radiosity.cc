@@ -276,6 +276,8 @@ std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cac
   settings.rays.diffuse0 = std::clamp(render.rays.value_or(128), 1, 1 << 16);
   settings.rays.light0 = std::clamp(render.lightSamples.value_or(16), 1, 1 << 16);
   settings.rays.samples = world.samplesPerPixel();
+  settings.levelScale = world.scene().options.levelScale;
+  settings.fineScale = world.scene().options.fineScale;
   // Of a truth's own look-ups a quarter is corrected in turn.
   if (render.unbiased) settings.residual = 0.25f;
   const double bytes = render.cacheMemoryMb ? *render.cacheMemoryMb * 1048576

@@ -260,8 +260,21 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     } else {
       error(RiError::Range, at, fmt::format("Option \"patina\" \"seed\" {}: expected 0 or more", seed));
     }
-    params.reportUnread(errors_, "Option \"patina\"",
-                        std::array<std::string_view, 3>{"mode", "display", "seed"});
+    constexpr float kMostScale = 1000;
+    const auto scale = [&](std::string_view token, float& value) {
+      const float wanted = params.floatValue(token, value);
+      if (wanted >= 0 && wanted <= kMostScale) {
+        value = wanted;
+      } else {
+        error(RiError::Range, at,
+              fmt::format("Option \"patina\" \"{}\" {}: expected 0 to {}", token, wanted, kMostScale));
+      }
+    };
+    scale("levelscale", options_.levelScale);
+    scale("finescale", options_.fineScale);
+    params.reportUnread(
+        errors_, "Option \"patina\"",
+        std::array<std::string_view, 5>{"mode", "display", "seed", "levelscale", "finescale"});
   } else if (name == "trace") {
     passOver(params, kIgnoredTrace);
     for (const std::string_view token : {"maxdepth", "specularthreshold", "continuationby"})

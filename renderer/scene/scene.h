@@ -329,6 +329,8 @@ struct Options {
   std::optional<int> minSamples, maxSamples;  ///< Hider "raytrace"
   std::optional<std::string> displayView;     ///< Option "patina" "display"
   int seed = 0;                               ///< Option "patina" "seed": of random numbers; not negative
+  float levelScale = 0.35f;                   ///< Option "patina" "levelscale": see RadiosityEngine::Settings
+  float fineScale = 2;                        ///< likewise, "finescale"
   std::optional<Rgb> background;              ///< Imager "background"
   int radiosityCacheKb = 262144;              ///< Option "limits" "radiositycachememory"
   int opacityCacheKb = 262144, geometryCacheKb = 262144, textureKb = 262144;

@@ -113,6 +113,21 @@ TEST(Options, SeedOfRandomNumbers) {
   EXPECT_EQ(worldOf("Option \"patina\" \"int seed\" 7").options.seed, 7);
 }
 
+TEST(Options, ConstantsOfTheCache) {
+  const Scene scene = worldOf("Option \"patina\" \"float levelscale\" .5 \"float finescale\" 1");
+  EXPECT_EQ(scene.options.levelScale, .5f);
+  EXPECT_EQ(scene.options.fineScale, 1);
+  const Built built = build(
+      "Option \"patina\" \"float levelscale\" -1\nOption \"patina\" \"float finescale\" 1001\nWorldBegin\n"
+      "WorldEnd");
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre("t.rib:1:1: error: range: Option \"patina\" \"levelscale\" -1: expected 0 to 1000",
+                  "t.rib:2:1: error: range: Option \"patina\" \"finescale\" 1001: expected 0 to 1000"));
+  EXPECT_EQ(built.world().options.levelScale, .35f);
+  EXPECT_EQ(built.world().options.fineScale, 2);
+}
+
 TEST(Options, ModeByHiderAndByPatina) {
   EXPECT_EQ(
       worldOf("Hider \"raytrace\" \"string integrationmode\" [\"path\"] \"int maxsamples\" 64").options.mode,
