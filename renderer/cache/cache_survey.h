@@ -14,16 +14,18 @@
 
 namespace patina {
 
+/// A thread that works for two of them by turns costs both memory: one at a time is meant.
 class CacheSurvey {
  public:
   CacheSurvey();
 
-  /// Values of an entry, as a set of up to 32, are looked up. `key` names the entry. [any thread, no lock]
+  /// Values of an entry, as a set of up to 32, are looked up. `key` names the entry.
+  /// [any thread; a lock at a thread's first call only]
   void asked(uint64_t key, uint32_t values) {
     const uint64_t hash = hashOf(key);
     if (hash >> (64 - kLeastShift) == 0) note(hash, 0, values);
   }
-  /// ... are made, and stored. [any thread, no lock]
+  /// ... are made, and stored. [likewise]
   void made(uint64_t key, uint32_t values) {
     const uint64_t hash = hashOf(key);
     if (hash >> (64 - kLeastShift) == 0) note(hash, values, 0);

@@ -91,8 +91,8 @@ void RadiosityIntegrator::findCells(Wave& wave) const {
       continue;
     }
     // What is seen of a group of small faces is not what it is on average: the hollows of a rough surface
-    // hide, and slopes count by how they are turned.
-    // A face that is one small micropolygon shares its vertices with nobody.
+    // hide, and slopes count by how they are turned. And a face that is one small micropolygon shares its
+    // vertices with nobody.
     const bool isSmall = std::max(patch.cellsU, patch.cellsV) <= 1 && patch.spacing * seen < p.footprint;
     if (patch.group > 0 || isSmall) {
       const uint64_t key =
