@@ -41,6 +41,33 @@ V2f Patch::vertexPosition(Level level, uint32_t vertex) const {
           static_cast<float>(row) / static_cast<float>(nu)};
 }
 
+V2f Patch::vertexCentroid(Level level, uint32_t vertex) const {
+  const V2f at = vertexPosition(level, vertex);
+  if (cellsU == 0) return at;
+  const auto nu = static_cast<float>(cellsAt(level, cellsU)), nv = static_cast<float>(cellsAt(level, cellsV));
+  if (shape == FaceShape::Quad) {
+    const float marginU = 1 / (3 * nu), marginV = 1 / (3 * nv);
+    return {std::clamp(at.x, marginU, 1 - marginU), std::clamp(at.y, marginV, 1 - marginV)};
+  }
+  // Each triangle around it draws by a quarter of its edges: one in a corner, three at an edge, all six
+  // elsewhere.
+  const V3f where(1 - at.x - at.y, at.x, at.y);
+  V3f moved = where;
+  const float near = 0.5f / nu;
+  for (int k = 0; k < 3; ++k) {
+    if (where[k] > 1 - near) {
+      moved = V3f(0.25f / nu);
+      moved[k] = 1 - 0.5f / nu;
+      break;
+    }
+    if (where[k] < near) {
+      moved -= V3f(1 / (6 * nu));
+      moved[k] += 1 / (2 * nu);
+    }
+  }
+  return {moved.y, moved.z};
+}
+
 VertexWeights Patch::locate(Level level, float u, float v) const {
   if (cellsU == 0) return {{0, 0, 0, 0}, {1, 0, 0, 0}, 1};
   const int nu = cellsAt(level, cellsU), nv = cellsAt(level, cellsV);

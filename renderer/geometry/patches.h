@@ -61,6 +61,10 @@ struct Patch {
   uint32_t vertexCount(Level level) const;
   /// Local (u, v) in the patch of a vertex: exact multiples of 1/16.
   V2f vertexPosition(Level level, uint32_t vertex) const;
+  /// Where a linear function has the mean that the vertex's weight (see locate()) gives it: a third of a cell
+  /// away from the patch's rim for what is on it. Values found there keep, interpolated, the mean of what is
+  /// linear within the patch, which values on the rim, in the dark of creases, do not.
+  V2f vertexCentroid(Level level, uint32_t vertex) const;
   /// The vertices around local (u, v) and their bilinear (triangle: linear) weights.
   VertexWeights locate(Level level, float u, float v) const;
 

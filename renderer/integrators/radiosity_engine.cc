@@ -123,33 +123,42 @@ void RadiosityEngine::shadeNested(std::span<const Request> requests, int depth, 
   }
 }
 
+ShadingPoint RadiosityEngine::pointAt(uint32_t index, bool front, Level level, V2f uv) const {
+  const Patch& patch = world_.geometry().patches()[index];
+  return world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level));
+}
+
+ShadingPoint RadiosityEngine::cornerAt(uint32_t index, bool front, Level level, uint32_t vertex) const {
+  const Patch& patch = world_.geometry().patches()[index];
+  const V2f uv = patch.toFace(patch.vertexPosition(level, vertex));
+  // A vertex on the rim of its face may lie in a corner, where half of its rays would start inside the other
+  // wall: it is moved inwards by a part of a micropolygon.
+  constexpr float kInset = 0.3f;
+  if (patch.cellsU == 0) return pointAt(index, front, level, uv);
+  const float du = kInset * std::abs(patch.du) / static_cast<float>(patch.cellsU);
+  const float dv = kInset * std::abs(patch.dv) / static_cast<float>(patch.cellsV);
+  if (patch.shape == FaceShape::Quad)
+    return pointAt(index, front, level, {std::clamp(uv.x, du, 1 - du), std::clamp(uv.y, dv, 1 - dv)});
+  V3f b(1 - uv.x - uv.y, uv.x, uv.y);
+  for (int k = 0; k < 3; ++k) b[k] = std::max(b[k], du);
+  const float sum = b.x + b.y + b.z;
+  return pointAt(index, front, level, {b.y / sum, b.z / sum});
+}
+
 RadiosityEngine::Request RadiosityEngine::vertexRequest(uint32_t index, bool front, Level level,
                                                         uint32_t vertex, int depth,
                                                         uint8_t keptBounces) const {
   const Patch& patch = world_.geometry().patches()[index];
-  V2f uv = patch.toFace(patch.vertexPosition(level, vertex));
+  const V2f uv = patch.toFace(patch.vertexPosition(level, vertex));
   // Neighbouring patches share vertices, and so they share random numbers.
   const uint64_t seed = hashOf(world_.geometry().placements()[patch.placement].seed, patch.face,
                                uint64_t{floatBits(uv.x)} << 32 | floatBits(uv.y), front, depth) ^
                         world_.frameSeed();
-  // A vertex on the rim of its face may lie in a corner, where half of its rays would start inside the other
-  // wall: it is moved inwards by a part of a micropolygon.
-  constexpr float kInset = 0.3f;
-  if (patch.cellsU > 0) {
-    const float du = kInset * std::abs(patch.du) / static_cast<float>(patch.cellsU);
-    const float dv = kInset * std::abs(patch.dv) / static_cast<float>(patch.cellsV);
-    if (patch.shape == FaceShape::Quad) {
-      uv = {std::clamp(uv.x, du, 1 - du), std::clamp(uv.y, dv, 1 - dv)};
-    } else {
-      V3f b(1 - uv.x - uv.y, uv.x, uv.y);
-      for (int k = 0; k < 3; ++k) b[k] = std::max(b[k], du);
-      const float sum = b.x + b.y + b.z;
-      uv = {b.y / sum, b.z / sum};
-    }
-  }
   const int bounces = keptBounces < kMostKept ? keptBounces : std::max(kMostKept, mostBounces_ - depth);
-  return {world_.shading().at(patch.placement, patch.face, uv.x, uv.y, front, patch.spacingAt(level)), seed,
-          bounces, 0};
+  const bool isCentroid = level != Level::Fine && depth > 0;
+  return {isCentroid ? pointAt(index, front, level, patch.toFace(patch.vertexCentroid(level, vertex)))
+                     : cornerAt(index, front, level, vertex),
+          seed, bounces, 0};
 }
 
 void RadiosityEngine::vertices(std::span<const Vertex> wanted, std::span<Rgb> out,

@@ -151,8 +151,12 @@ class RadiosityEngine {
   struct Fill;
   struct Walk;
   Workspace& workspace(int nesting) const;
+  /// Coarser levels are shaded at the centroids of what their vertices stand for.
   Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth,
                         uint8_t keptBounces) const;
+  ShadingPoint pointAt(uint32_t patch, bool front, Level level, V2f uv) const;
+  /// At the vertex itself.
+  ShadingPoint cornerAt(uint32_t patch, bool front, Level level, uint32_t vertex) const;
   /// `spots`: which places among vertices the requests are, whose irradiance may be interpolated; or empty.
   void shadeNested(std::span<const Request> requests, int depth, Purpose purpose, std::span<Rgb> out,
                    int nesting, std::span<const Spot> spots = {}) const;

@@ -324,7 +324,8 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
   ++fillBatches;
   Workspace& w = workspace(nesting);
   const PatchTable& patches = world_.geometry().patches();
-  w.fillRequests.clear(), w.pairOf.clear();
+  w.fillRequests.clear(), w.pairOf.clear(), w.levelCorners.clear(), w.cornerPairs.clear(),
+      w.codeOfCorner.clear();
   for (Fill& fill : fills) {
     const Want& want = w.wants[fill.firstWant];
     const Waiting& x = waiting[want.waiting];
@@ -339,20 +340,39 @@ void RadiosityEngine::makeSome(std::span<Fill> fills, std::vector<Waiting>& wait
     const uint32_t count = patch.vertexCount(x.stored);
     for (uint32_t k = 0; k < count; ++k)
       w.fillRequests.push_back(vertexRequest(x.patch, x.front, x.stored, k, depth, x.bounces));
-    if (count > 1)
-      patch.forEachDiagonal(x.stored, [&](uint32_t a, uint32_t b) {
-        w.pairOf.push_back({first + a, first + b});
-      });
+    if (count == 1) continue;
+    const auto corner = static_cast<uint32_t>(w.levelCorners.size());
+    for (uint32_t k = 0; k < count; ++k) {
+      w.codeOfCorner.push_back({first + k, corner + k});
+      w.levelCorners.push_back(cornerAt(x.patch, x.front, x.stored, k));
+    }
+    // Something may stand between a vertex and the centroid where it is shaded, too.
+    patch.forEachDiagonal(x.stored, [&](uint32_t a, uint32_t b) {
+      w.pairOf.push_back({first + a, first + b});
+      w.cornerPairs.push_back({corner + a, corner + b});
+    });
   }
   // Cells that something stands in are left to the finer level, or to shading at the hit.
   w.fillCodes.assign(w.fillRequests.size(), 0);
   cutAway(w.fillRequests, w.fillCodes, w);
   w.pairs.clear();
-  for (const auto& [a, b] : w.pairOf) w.pairs.push_back({&w.fillRequests[a].point, &w.fillRequests[b].point});
+  for (const auto& [a, b] : w.cornerPairs) w.pairs.push_back({&w.levelCorners[a], &w.levelCorners[b]});
   w.separated.resize(w.pairs.size());
   blocked(w.pairs, kCover, w.separated, w);
   for (size_t k = 0; k < w.pairs.size(); ++k)
     if (w.separated[k]) w.fillCodes[w.pairOf[k][0]] = w.fillCodes[w.pairOf[k][1]] = PackedRgb::kMissing;
+  // Displaced surfaces push through themselves: a centroid may be hidden though its vertex is not.
+  w.pairs.clear();
+  std::erase_if(w.codeOfCorner, [&](const std::array<uint32_t, 2>& at) {
+    const auto& [code, corner] = at;
+    return w.fillCodes[code] == PackedRgb::kMissing || !isDisplaced(w.levelCorners[corner].placement);
+  });
+  for (const auto& [code, corner] : w.codeOfCorner)
+    w.pairs.push_back({&w.levelCorners[corner], &w.fillRequests[code].point});
+  w.separated.resize(w.pairs.size());
+  if (!w.pairs.empty()) hidden(w.pairs, w.separated, w);
+  for (size_t k = 0; k < w.pairs.size(); ++k)
+    if (w.separated[k]) w.fillCodes[w.codeOfCorner[k][0]] = PackedRgb::kMissing;
 
   for (size_t purpose = 0; purpose < w.shadeRequests.size(); ++purpose)
     w.shadeRequests[purpose].clear(), w.codeOf[purpose].clear();

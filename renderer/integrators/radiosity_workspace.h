@@ -215,6 +215,8 @@ struct RadiosityEngine::Workspace {
   std::array<std::vector<uint32_t>, 4> codeOf;
   std::vector<Rgb> fillRadiance;
   std::vector<std::array<uint32_t, 2>> pairOf;  // of fillRequests
+  std::vector<ShadingPoint> levelCorners;       // of coarser levels
+  std::vector<std::array<uint32_t, 2>> cornerPairs, codeOfCorner;
   std::vector<PointPair> pairs, hiddenPairs;
   std::vector<uint8_t> separated, hidden;
   std::vector<uint32_t> pairOfHidden;

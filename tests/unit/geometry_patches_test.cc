@@ -79,6 +79,42 @@ TEST(Patch, WeightsReproducePositionsAtEveryLevel) {
     }
 }
 
+TEST(Patch, CentroidsAreThoseOfWeights) {
+  constexpr int kGrid = 192;
+  for (const FaceShape shape : {FaceShape::Quad, FaceShape::Triangle})
+    for (const auto& [nu, nv] : {std::pair{1, 1}, {2, 2}, {4, 4}, {16, 16}, {16, 2}, {1, 8}}) {
+      if (shape == FaceShape::Triangle && nu != nv) continue;
+      const Patch patch = makePatch(shape, nu, nv);
+      for (const Level level : {Level::Coarse, Level::Medium, Level::Fine}) {
+        std::vector<double> weight(patch.vertexCount(level), 0);
+        std::vector<V2d> moment(weight.size(), V2d(0, 0));
+        const auto add = [&](double x, double y) {
+          const VertexWeights around =
+              patch.locate(level, static_cast<float>(x / kGrid), static_cast<float>(y / kGrid));
+          for (int i = 0; i < around.count; ++i) {
+            const auto w = static_cast<double>(around.weight[i]);
+            weight[around.index[i]] += w, moment[around.index[i]] += V2d(x, y) * (w / kGrid);
+          }
+        };
+        for (int j = 0; j < kGrid; ++j)
+          for (int i = 0; i < kGrid; ++i)
+            if (shape == FaceShape::Quad) {
+              add(i + 0.5, j + 0.5);
+            } else {
+              if (i + j < kGrid) add(i + 1 / 3.0, j + 1 / 3.0);
+              if (i + j < kGrid - 1) add(i + 2 / 3.0, j + 2 / 3.0);
+            }
+        for (uint32_t k = 0; k < weight.size(); ++k) {
+          const V2d mean = moment[k] / weight[k];
+          const V2f centroid = patch.vertexCentroid(level, k);
+          // The sum's own error: a rest of the grid's squares against those of a cell.
+          ASSERT_NEAR(static_cast<double>(centroid.x), mean.x, 1e-3) << "vertex " << k << " of " << nu;
+          ASSERT_NEAR(static_cast<double>(centroid.y), mean.y, 1e-3) << "vertex " << k << " of " << nv;
+        }
+      }
+    }
+}
+
 TEST(Patch, ABlockHoldsTheVerticesOfItsCells) {
   std::mt19937 random(4);
   std::uniform_real_distribution<float> uniform(0, 1);
