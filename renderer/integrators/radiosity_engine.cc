@@ -2,6 +2,8 @@
 // Radiosity of points and vertices, and their direct light.
 #include "renderer/integrators/radiosity_engine.h"
 
+#include <tbb/global_control.h>
+
 #include <numeric>
 #include <tuple>
 
@@ -52,6 +54,7 @@ RadiosityEngine::RadiosityEngine(const World& world, const Settings& settings)
     : world_(world), settings_(settings) {
   for (const Attributes& attributes : world.scene().attributes)
     mostBounces_ = std::max(mostBounces_, attributes.maxDiffuseDepth);
+  isAlone_ = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
   if (!settings.cached) return;
   cache_ = std::make_unique<PatchCache>(settings.cacheBytes);
   opacityCache_ = std::make_unique<OpacityCache>(world.geometry(), world.shading(), settings.opacityBytes);

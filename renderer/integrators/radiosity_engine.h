@@ -246,6 +246,7 @@ class RadiosityEngine {
   mutable CacheSurvey survey_;  ///< of values in the cache, by entryKey()
   std::unique_ptr<OpacityCache> opacityCache_;
   int mostBounces_ = 0;        ///< that any object allows
+  bool isAlone_ = false;       ///< one thread renders
   mutable FillClaims claims_;  ///< by Want::key
 };
 

@@ -9,6 +9,7 @@ namespace patina {
 namespace {
 
 STAT_TIME("Time of threads/look-ups of radiosity", lookupTime);
+STAT_TIME("Time of threads/waiting for values that other threads make", waitTime);
 STAT_TIME("Time of threads/everything else", otherTime);
 STAT_COUNTER("Radiosity/points shaded from the cache's vertices", vertexPoints);
 STAT_COUNTER("Radiosity/batches of fills", fillBatches);
@@ -239,10 +240,13 @@ void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting
   }
   std::sort(w.wants.begin(), w.wants.end());
   // Vertices whose irradiance is interpolated send no rays themselves.
-  const size_t most =
-      depth == 0 && settings_.irradianceError > 0
-          ? pointsAtOnce(1)
-          : pointsAtOnce(settings_.rays.diffuse(depth == kIrradiance ? 0 : depth, Purpose::Vertex));
+  const int raysOfEach = depth == 0 && settings_.irradianceError > 0
+                             ? 1
+                             : settings_.rays.diffuse(depth == kIrradiance ? 0 : depth, Purpose::Vertex);
+  // What is claimed is there for other threads when all that is made with it is: they should not wait long.
+  constexpr size_t kParts = 16;
+  const size_t most = pointsAtOnce(raysOfEach) /
+                      (isAlone_ || world_.geometry().tessellations().isTight() ? size_t{1} : kParts);
   size_t vertices = 0;
   const auto makeNow = [&] {
     if (!w.fills.empty()) makeSome(w.fills, waiting, depth, nesting);
@@ -273,6 +277,7 @@ void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting
     if (!take({begin, end, 0})) w.others.push_back({begin, end, 0});
   }
   makeNow();
+  const TimeShare share(waitTime);
   while (!w.others.empty()) {
     const size_t left = w.others.size();
     std::erase_if(w.others, [&](const Fill& fill) {
