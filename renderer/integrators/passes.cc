@@ -97,7 +97,7 @@ void renderPasses(Film& film, const World& world, const Integrator& integrator, 
       integrator.render(*place.tile, pass, place.memory.get());
       if (isLast) {
         film.finish(std::move(*place.tile));
-        place = OpenTile();
+        place.tile.reset(), place.memory.reset();
       }
       const int finished = ++done;
       if (settings.progress) {
