@@ -79,8 +79,9 @@ class Invariants : public testing::Test {
       resetStatistics();
       const auto film = renderFrame(scene, settings, errors);
       ASSERT_TRUE(film);
-      for (int y = 0; y < scene.options.yResolution; ++y)
-        for (int x = 0; x < scene.options.xResolution; ++x)
+      const PixelRect& r = film->pixels();
+      for (int y = r.y0; y < r.y1; ++y)
+        for (int x = r.x0; x < r.x1; ++x)
           for (int c = 0; c < 4; ++c) picture.values.push_back(film->value(x, y, c));
       for (const StatEntry& entry : statistics()) picture.statistics[entry.name] = entry.value;
     });
