@@ -277,8 +277,8 @@ void RadiosityEngine::make(std::vector<Waiting>& waiting, int depth, int nesting
     if (!take({begin, end, 0})) w.others.push_back({begin, end, 0});
   }
   makeNow();
-  const TimeShare share(waitTime);
   while (!w.others.empty()) {
+    const TimeShare share(waitTime);
     const size_t left = w.others.size();
     std::erase_if(w.others, [&](const Fill& fill) {
       if (!takeFromCache(fill, waiting, depth, nesting)) return take(fill);

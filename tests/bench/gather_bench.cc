@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a gather costs beside its rays: the rays of a gather at what the camera sees, traced in a loop,
-// against whole gathers of the radiosity cache, while it is empty and once it holds everything. One thread.
+// What a gather costs beside its rays: the rays of gathers at what the camera sees, fired at Embree in a loop
+// (all triangles in one scene of its own) and at Patina's accelerator, against whole gathers of the radiosity
+// cache, while it is empty and once it holds everything. One thread.
 //
 //   bench_gather                                             a room of its own
 //   PATINA_BENCH_RIB=scene.rib PATINA_BENCH_RES=192x144 PATINA_BENCH_RAYS=256 bench_gather
@@ -8,6 +9,7 @@
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -20,7 +22,7 @@
 namespace patina {
 namespace {
 
-/// A white room with boxes on its floor and a lamp below its ceiling.
+/// A grey room with balls above its floor and a lamp below its ceiling.
 std::string room() {
   std::string rib = R"(Format 96 96 1 Projection "perspective" "fov" [70] Translate 0 0 .95 WorldBegin
     AttributeBegin AreaLightSource "arealight" 1 "intensity" [6]

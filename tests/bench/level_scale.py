@@ -60,9 +60,9 @@ def measure(args, scene, resolution, constants, folder, reference):
 
 
 def draw(results, path):
-    """A panel for each measure (rows) and constant (columns), a line for each scene."""
+    """A panel for each measure (rows) and constant (columns), a line for each scene; constants of 0 have no place."""
     results = {constant: {scene: {value: {m: found[m] / (1 if m.endswith("%") else base[m]) for m in PLOTTED}
-                                  for value, found in points.items()}
+                                  for value, found in points.items() if value > 0}
                           for scene, points in by_scene.items()
                           for base in [points.get(CONSTANTS[constant], next(iter(points.values())))]}
                for constant, by_scene in results.items()}

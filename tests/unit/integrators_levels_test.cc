@@ -2,8 +2,6 @@
 // What coarse levels of the cache may cost: detail, not light.
 #include <gtest/gtest.h>
 
-#include <numeric>
-
 #include "tests/unit/integrators_render.h"
 
 namespace patina {
