@@ -2,6 +2,7 @@
 // Rays in, hits out; and the Embree scenes of units, which are made when rays meet them.
 #include "renderer/accel/accel.h"
 
+#include <algorithm>
 #include <atomic>
 #include <stdexcept>
 
@@ -21,6 +22,7 @@ STAT_COUNTER("Rays/transmission", transmissionRays);
 STAT_COUNTER("Rays/with a time", timedRays);
 STAT_COUNTER("Rays/units waited for by batches", waitedUnits);
 STAT_COUNTER("Rays/meetings that waited", waitedMeetings);
+STAT_COUNTER("Geometry/units moved into the scene's own structure", settledUnits);
 
 void count(uint32_t mask, int64_t n) {
   switch (mask) {
@@ -60,18 +62,21 @@ RTCRayHit toEmbree(const Ray& ray, uint32_t id = 0) {
 
 struct Accel::Scenes {
   const Geometry* geometry = nullptr;
-  RTCDevice device = nullptr;      ///< for what is traced from the beginning
-  RTCDevice unitDevice = nullptr;  ///< for tessellated units: its bytes are counted
-  std::atomic<int64_t> unitBytes = 0;
+  RTCDevice device = nullptr;          ///< for what is traced from the beginning
+  RTCDevice unitDevice = nullptr;      ///< for tessellated units: its bytes are counted
+  std::atomic<int64_t> unitBytes = 0;  ///< Embree's, for units
+  std::atomic<int64_t> mainBytes = 0;  ///< Embree's, for `main`
+  int64_t settledBytes = 0;            ///< of mainBytes, for units that have settled
   std::unique_ptr<PartTracer> main;
-  bool hasUnits = false;  ///< or delayed archives: queries need a Reader
+  uint32_t mainUnits = 0;  ///< units from here on are of delayed archives
+  bool hasUnits = false;   ///< or delayed archives: queries need a Reader
 
   ~Scenes() {
+    main.reset();  // may view vertices of tessellations
     if (geometry) {
       geometry->tessellations().clear();  // their tracers are of unitDevice
       geometry->dropTracers();            // of `device`
     }
-    main.reset();
     if (unitDevice) rtcReleaseDevice(unitDevice);
     if (device) rtcReleaseDevice(device);
   }
@@ -81,7 +86,7 @@ struct Accel::Scenes {
             const Ray& ray, const PartTracer& part) const {
     if (geomId == RTC_INVALID_GEOMETRY_ID) return {};
     const MetFace met = geomId >= kFirstResolved ? MetFace{geomId - kFirstResolved, primId, instId, normal}
-                                                 : part.met(geomId, primId, instId, normal, ray.time);
+                                                 : part.met(geomId, primId, instId, normal, ray.time, u, v);
     const Placement& placement = geometry->placements()[met.placement];
     const bool front = met.normal.dot(ray.direction) * placement.meshSign <= 0;
     if (!placement.moves) return {t, met.placement, met.face, u, v, front};
@@ -140,15 +145,7 @@ void Accel::Scenes::trace(uint32_t unit, std::unique_ptr<Tessellation>& made) co
   std::string trouble;
   try {
     auto tracer = std::make_unique<UnitTracer>(unitDevice, *geometry, unit);
-    const std::vector<uint32_t>& members = geometry->units()[unit].members;
-    const std::span<const uint32_t> faces = geometry->units()[unit].faces;
-    for (size_t m = 0; m < members.size(); ++m) {
-      if (made->members[m].rates)
-        tracer->scene.addFacets(members[m], made->members[m], *made);
-      else if (!made->isLeftOut)
-        tracer->scene.addFlat(members[m], faces);
-    }
-    tracer->scene.attach();
+    tracer->scene.addUnit(unit, *made);
     rtcCommitScene(tracer->scene.scene());
     if (rtcGetDeviceError(unitDevice) != RTC_ERROR_NONE) trouble = "Embree has no memory for them";
     made->tracer = std::move(tracer);
@@ -176,7 +173,10 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
                                        const TimeShare share(makingTime);
                                        s.trace(unit, made);
                                      },
-                                     [&s] { return static_cast<size_t>(std::max<int64_t>(s.unitBytes, 0)); },
+                                     [&s] {
+                                       const int64_t bytes = s.unitBytes + s.settledBytes;
+                                       return static_cast<size_t>(std::max<int64_t>(bytes, 0));
+                                     },
                                      [&s](uint32_t unit) { return s.guessBytes(unit); }});
   rtcSetDeviceMemoryMonitorFunction(
       s.unitDevice,
@@ -187,9 +187,17 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
         return true;
       },
       &s);
+  rtcSetDeviceMemoryMonitorFunction(
+      s.device,
+      [](void* scenes, ssize_t bytes, bool) {
+        static_cast<Scenes*>(scenes)->mainBytes += bytes;
+        return true;
+      },
+      &s);
 
   s.main = std::make_unique<PartTracer>(s.device, geometry, geometry.mainPart());
-  s.hasUnits = !geometry.units().empty() || geometry.hasDelayed();
+  s.mainUnits = static_cast<uint32_t>(geometry.units().size());
+  s.hasUnits = s.main->hasUnits() || geometry.hasDelayed();
   geometry.setTracerMaker([&s](const GeometryPart& part) -> std::unique_ptr<GeometryPart::Tracer> {
     auto tracer = std::make_unique<PartTracer>(s.device, *s.geometry, part);
     if (rtcGetDeviceError(s.device) != RTC_ERROR_NONE)
@@ -199,6 +207,39 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
 }
 
 Accel::~Accel() = default;
+
+void Accel::settle() {
+  Scenes& s = *scenes_;
+  const Geometry& geometry = *s.geometry;
+  const TessellationCache& cache = geometry.tessellations();
+  if (cache.isTight()) return;
+  const PhaseTimer timer("Acceleration structures");
+  std::vector<std::pair<size_t, uint32_t>> bySize;
+  for (uint32_t k = 0; k < s.mainUnits; ++k) {
+    const SurfaceUnit& unit = geometry.units()[k];
+    const Tessellation* const made = cache.resident(k);
+    if (made && made->tracer && !made->isLeftOut && unit.segments == 0 && unit.solid == kNone)
+      bySize.emplace_back(s.guessBytes(k), k);
+  }
+  std::sort(bySize.begin(), bySize.end());
+  std::vector<uint32_t> settled;
+  std::vector<bool> native(s.mainUnits);
+  for (size_t sum = 0; const auto& [bytes, unit] : bySize) {
+    if ((sum += bytes) > cache.budget() / 2) break;
+    settled.push_back(unit), native[unit] = true;
+  }
+  if (settled.empty()) return;
+  const int64_t before = s.mainBytes;
+  s.main.reset();
+  cache.pin(settled);
+  s.main = std::make_unique<PartTracer>(s.device, geometry, geometry.mainPart(), native);
+  if (rtcGetDeviceError(s.device) != RTC_ERROR_NONE)
+    throw std::runtime_error("Embree has no memory for the facets");
+  s.settledBytes = std::max<int64_t>(0, s.mainBytes - before);
+  cache.notePeak();
+  s.hasUnits = s.main->hasUnits() || geometry.hasDelayed();
+  settledUnits += static_cast<int64_t>(settled.size());
+}
 
 Hit Accel::intersect(const Ray& ray) const {
   Hit hit;

@@ -139,6 +139,17 @@ void EmbreeScene::addFacets(uint32_t traced, const Tessellation::Member& member,
   }
 }
 
+void EmbreeScene::addUnit(uint32_t index, const Tessellation& tessellation) {
+  const SurfaceUnit& unit = geometry_.units()[index];
+  for (size_t m = 0; m < unit.members.size(); ++m) {
+    if (tessellation.members[m].rates)
+      addFacets(unit.members[m], tessellation.members[m], tessellation);
+    else if (!tessellation.isLeftOut)
+      addFlat(unit.members[m], unit.faces);
+  }
+  attach();
+}
+
 FaceOwner EmbreeScene::ownerOf(const Part& part, uint32_t primitive, float& u, float& v) {
   FaceOwner owner = part.owner(primitive);
   if (primitive >= part.rates.size() || !part.rates[primitive]) return owner;

@@ -55,7 +55,9 @@ class EmbreeScene {
   void addFlat(uint32_t traced, std::span<const uint32_t> faces = {});
   /// The facets of a member of a tessellation, which must outlive the scene.
   void addFacets(uint32_t traced, const Tessellation::Member& member, const Tessellation& tessellation);
-  /// Makes the geometries of what was added. Once.
+  /// All of a unit, and attaches it.
+  void addUnit(uint32_t unit, const Tessellation& tessellation);
+  /// Makes the geometries of what was added since the last time, numbered from where those before end.
   void attach();
 
   RTCScene scene() const { return scene_; }
@@ -65,8 +67,6 @@ class EmbreeScene {
     return geometry_.placements()[geometry_.placementOf(traced, instance)];
   }
   uint32_t geometries() const { return static_cast<uint32_t>(parts_.size()); }
-  /// Of flat faces.
-  FaceOwner owner(uint32_t geometry, uint32_t primitive) const { return parts_[geometry]->owner(primitive); }
   /// The face that was met; `u` and `v` become those of the face.
   FaceOwner ownerOf(uint32_t geometry, uint32_t primitive, float& u, float& v) const {
     return ownerOf(*parts_[geometry], primitive, u, v);

@@ -57,7 +57,8 @@ UnitTracer::UnitTracer(RTCDevice device, const Geometry& geometry, uint32_t unit
 
 // ---- Scenes -----------------------------------------------------------------------------------------------
 
-PartTracer::PartTracer(RTCDevice device, const Geometry& geometry, const GeometryPart& part)
+PartTracer::PartTracer(RTCDevice device, const Geometry& geometry, const GeometryPart& part,
+                       const std::vector<bool>& native)
     : device_(device),
       geometry_(geometry),
       firstTraced_(part.firstTraced),
@@ -66,7 +67,7 @@ PartTracer::PartTracer(RTCDevice device, const Geometry& geometry, const Geometr
       firstMovement_(part.firstMovement),
       delayed_{&geometry, part.firstDelayed},
       movingShapes_(part.endMovement - part.firstMovement) {
-  world_ = makeGroup(part.firstTraced, part.endTraced);
+  world_ = makeGroup(part.firstTraced, part.endTraced, native);
   if (part.firstDelayed < part.endDelayed) attachDelayed(part.endDelayed - part.firstDelayed);
   // Behind the numbers that Embree has given.
   instances_.first = world_->geometries() + static_cast<uint32_t>(lists_.size()) + 2;
@@ -76,7 +77,7 @@ PartTracer::PartTracer(RTCDevice device, const Geometry& geometry, const Geometr
   for (uint32_t k = 0; k < groups_.size(); ++k) {
     const auto [first, end] = geometry.groupRange(firstGroup_ + k);
     if (first == end) continue;
-    groups_[k] = makeGroup(first, end);
+    groups_[k] = makeGroup(first, end, native);
     rtcCommitScene(groups_[k]->scene());
   }
   attachInstances();
@@ -90,19 +91,24 @@ PartTracer::~PartTracer() {
     if (shape) rtcReleaseGeometry(shape);
 }
 
-std::unique_ptr<EmbreeScene> PartTracer::makeGroup(uint32_t first, uint32_t end) {
+std::unique_ptr<EmbreeScene> PartTracer::makeGroup(uint32_t first, uint32_t end,
+                                                   const std::vector<bool>& native) {
   auto scene = std::make_unique<EmbreeScene>(device_, geometry_, RTC_BUILD_QUALITY_MEDIUM);
   UnitList list{&geometry_};
-  std::vector<uint32_t> moving;
+  std::vector<uint32_t> moving, natives;
   for (uint32_t k = first; k < end; ++k) {
     const TracedSurface& traced = geometry_.traced()[k];
     if (traced.unit == kNone)
       scene->addFlat(k);
     else if (traced.member == 0)  // all members are of one group
-      for (uint32_t c = 0; c < std::max(traced.chunks, 1u); ++c)
-        (traced.segments > 0 ? moving : list.units).push_back(traced.unit + c);
+      for (uint32_t unit = traced.unit; unit < traced.unit + std::max(traced.chunks, 1u); ++unit)
+        (!native.empty() && native[unit] ? natives
+         : traced.segments > 0           ? moving
+                                         : list.units)
+            .push_back(unit);
   }
   scene->attach();
+  for (const uint32_t unit : natives) scene->addUnit(unit, *geometry_.tessellations().resident(unit));
   attachUnits(*scene, std::move(list));
   // Units that move: with their motion for the camera's rays, as they are at the opening for others.
   std::map<uint32_t, std::array<UnitList, 3>> bySegments;
@@ -212,18 +218,18 @@ M44f PartTracer::worldToMesh(uint32_t movement, float time) const {
   return toWorld.inverse();
 }
 
-MetFace PartTracer::met(uint32_t geometry, uint32_t primitive, uint32_t number, const V3f& normal,
-                        float time) const {
+MetFace PartTracer::met(uint32_t geometry, uint32_t primitive, uint32_t number, const V3f& normal, float time,
+                        float& u, float& v) const {
   const uint32_t instance = instances_.indexOf(number);
   if (instance == kNone) {
     const FaceOwner owner = geometry >= kFirstTraced ? FaceOwner{geometry - kFirstTraced, primitive}
-                                                     : world_->owner(geometry, primitive);
+                                                     : world_->ownerOf(geometry, primitive, u, v);
     return {owner.traced - firstTraced_ + firstPlacement_, owner.face, kNone, normal};
   }
   const PlacedInstance& placed = geometry_.instances()[instance];
   const FaceOwner owner = geometry >= kFirstTraced
                               ? FaceOwner{geometry - kFirstTraced, primitive}
-                              : groups_[placed.object - firstGroup_]->owner(geometry, primitive);
+                              : groups_[placed.object - firstGroup_]->ownerOf(geometry, primitive, u, v);
   const bool isTwin = number - instances_.first != instance - instances_.base;
   const bool turns = placed.movement != kNone && !isTwin && time > 0;
   return {geometry_.placementOf(owner.traced, instance), owner.face, instance,
@@ -335,8 +341,8 @@ void PartTracer::intersectDelayed(const RTCIntersectFunctionNArguments* args) {
     rtcIntersect1(part->scene(), args->context, &ray);
     if (hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
     if (hit.geomID < kFirstResolved) {  // else it is in an archive within this one
-      const MetFace met =
-          part->met(hit.geomID, hit.primID, hit.instID[0], {hit.Ng_x, hit.Ng_y, hit.Ng_z}, ray.ray.time);
+      const MetFace met = part->met(hit.geomID, hit.primID, hit.instID[0], {hit.Ng_x, hit.Ng_y, hit.Ng_z},
+                                    ray.ray.time, hit.u, hit.v);
       hit.geomID = kFirstResolved + met.placement, hit.primID = met.face, hit.instID[0] = met.instance;
       hit.Ng_x = met.normal.x, hit.Ng_y = met.normal.y, hit.Ng_z = met.normal.z;
     }

@@ -40,14 +40,19 @@ struct MetFace {
 /// each of which has a PartTracer of its own once it is read.
 class PartTracer final : public GeometryPart::Tracer {
  public:
-  /// `device` and `geometry` must outlive it. [any thread]
-  PartTracer(RTCDevice device, const Geometry& geometry, const GeometryPart& part);
+  /// `device` and `geometry` must outlive it. `native`, by unit, those whose facets are pinned
+  /// (TessellationCache::pin): they are Embree's own geometries here; empty = none. [any thread]
+  PartTracer(RTCDevice device, const Geometry& geometry, const GeometryPart& part,
+             const std::vector<bool>& native = {});
   ~PartTracer() override;
 
   RTCScene scene() const { return world_->scene(); }
   const InstanceNumbers& instances() const { return instances_; }
-  /// What Embree's numbers of a hit in this part mean. [any thread]
-  MetFace met(uint32_t geometry, uint32_t primitive, uint32_t instance, const V3f& normal, float time) const;
+  /// What Embree's numbers of a hit in this part mean; `u` and `v` become those of the face. [any thread]
+  MetFace met(uint32_t geometry, uint32_t primitive, uint32_t instance, const V3f& normal, float time,
+              float& u, float& v) const;
+  /// Some units stand here as bounds that are looked into when rays meet them.
+  bool hasUnits() const { return !lists_.empty(); }
 
  private:
   /// The units of one group: the primitives of a user geometry.
@@ -65,7 +70,7 @@ class PartTracer final : public GeometryPart::Tracer {
   };
   template <class List>
   RTCGeometry newUserGeometry(List& list, size_t count) const;
-  std::unique_ptr<EmbreeScene> makeGroup(uint32_t first, uint32_t end);
+  std::unique_ptr<EmbreeScene> makeGroup(uint32_t first, uint32_t end, const std::vector<bool>& native);
   void attachUnits(EmbreeScene& scene, UnitList list);
   void attachDelayed(uint32_t count);
   void attachInstances();

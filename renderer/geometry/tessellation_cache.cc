@@ -92,6 +92,16 @@ void TessellationCache::clear() {
 
 void TessellationCache::setMaker(Maker maker) { maker_ = std::move(maker); }
 
+void TessellationCache::pin(std::span<const uint32_t> units) const {
+  const std::scoped_lock lock(evictMutex_);
+  std::vector<bool> pinned(units_.size());
+  for (const uint32_t unit : units) {
+    pinned[unit] = true;
+    if (Tessellation* const known = units_[unit].resident.load()) known->tracer.reset();
+  }
+  std::erase_if(resident_, [&](uint32_t unit) { return pinned[unit]; });
+}
+
 void TessellationCache::notePeak() const {
   size_t peak = peak_;
   for (const size_t now = used(); now > peak && !peak_.compare_exchange_weak(peak, now);) {

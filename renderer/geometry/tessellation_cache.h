@@ -79,6 +79,11 @@ class TessellationCache {
   void makeRoom() { units_.makeRoom(); }
   /// Makes it know units up to a number. [one thread at a time; others may read meanwhile]
   void growTo(size_t units) const { units_.growTo(units); }
+  /// Keeps what is there of these units for good: it counts in the budget, and is never dropped. Their
+  /// tracers are no longer needed and go. Nobody may read meanwhile. [main]
+  void pin(std::span<const uint32_t> units) const;
+  /// The tessellation of a unit if it is there, else null. Nobody may drop any meanwhile. [main]
+  const Tessellation* resident(uint32_t unit) const { return units_[unit].resident.load(); }
   /// Drops everything, and the maker with it: nobody may read any more. [main]
   void clear();
 
@@ -156,7 +161,7 @@ class TessellationCache {
   static std::atomic<uint64_t>& takeEpoch();
 
   struct Unit {
-    std::atomic<const Tessellation*> resident = nullptr;
+    std::atomic<Tessellation*> resident = nullptr;
     std::atomic<uint32_t> lastMet = 0;  ///< value of clock_
     std::atomic<bool> made = false;     ///< at least once
     size_t bytes = 0;                   ///< that making it took last; guarded by `mutex`

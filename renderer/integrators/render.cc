@@ -54,6 +54,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
   auto film = std::make_unique<Film>(filmWanted);
   try {
     World world(scene, settings, errors);
+    world.settle(film->pixels(), mode != "direct");
     const auto integrator = makeIntegrator(world, mode);
     PhaseTimer timer("Render");
     bool progressive = settings.progressive.value_or(scene.options.incremental);

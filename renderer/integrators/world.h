@@ -8,6 +8,7 @@
 
 #include "renderer/accel/accel.h"
 #include "renderer/base/sampling.h"
+#include "renderer/film/film.h"
 #include "renderer/integrators/render.h"
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/displacement_shading.h"
@@ -72,6 +73,11 @@ class World final : private GeometryListener {
   }
   /// The lights that illuminate a placement.
   const LightList& lightsOf(uint32_t placement) const { return lightLists_[lightListOf_[placement]]; }
+
+  /// Fires a few of the rays that a picture of these pixels is going to need, with diffuse reflections if
+  /// asked for, so that what they meet can settle (Accel::settle): less than a hundredth of all its rays.
+  /// Before anyone traces. [main]
+  void settle(const PixelRect& pixels, bool reflections);
 
   bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
 

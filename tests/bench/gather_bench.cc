@@ -132,7 +132,8 @@ void gather(benchmark::State& state) {
     if (std::sscanf(variable("PATINA_BENCH_RES", ""), "%dx%d", &width, &height) == 2 && width > 0 &&
         height > 0)
       scene.options.xResolution = width, scene.options.yResolution = height;
-    const World world(scene, settings, errors);
+    World world(scene, settings, errors);
+    world.settle({0, 0, world.camera().xResolution(), world.camera().yResolution()}, true);
     const Seen seen(world, rays);
     constexpr size_t kBatch = 4096;
     std::vector<Hit> hits(kBatch);

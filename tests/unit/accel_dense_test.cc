@@ -108,7 +108,7 @@ void expectSameHits(Primitive primitive) {
       if (!hit.valid()) continue;
       ++hits;
       ASSERT_EQ(hit.t, r.ray.tfar) << k;
-      ASSERT_EQ(hit.face, whole.owner(r.hit.geomID, r.hit.primID).face) << k;
+      ASSERT_EQ(hit.face, whole.ownerOf(r.hit.geomID, r.hit.primID, r.hit.u, r.hit.v).face) << k;
       ASSERT_EQ(hit.u, r.hit.u) << k;
       ASSERT_EQ(hit.v, r.hit.v) << k;
     }

@@ -121,6 +121,63 @@ TEST(Units, NothingIsMadeThatNoRayMeets) {
   EXPECT_EQ(counter("Geometry/placements diced"), 1);
 }
 
+TEST(Units, SettledOnesAreHitAsBefore) {
+  resetStatistics();
+  constexpr uint32_t kRays = 4000;
+  World world(1 << 18);
+  std::vector<Hit> before(kRays), after(kRays), many(kRays);
+  std::vector<Ray> rays;
+  for (uint32_t k = 0; k < kRays; ++k) rays.push_back(world.ray(k));
+  // What the first hundred have met settles; later ones meet both kinds.
+  world.accel->intersect(std::span(rays).first(100), std::span(before).first(100));
+  const int64_t made = counter("Geometry/units tessellated");
+  world.accel->settle();
+  EXPECT_EQ(counter("Geometry/units moved into the scene's own structure"), made);
+  EXPECT_GT(made, 20);
+  const World lazy(1 << 18);
+  lazy.accel->intersect(rays, before);
+  EXPECT_GT(counter("Geometry/units tessellated"), made);
+  world.accel->intersect(rays, after);
+  world.accel->intersectMany(rays, many);
+  std::vector<uint8_t> occluded(kRays);
+  world.accel->occluded(rays, occluded);
+  for (uint32_t k = 0; k < kRays; ++k) {
+    ASSERT_TRUE(after[k] == before[k]) << k;
+    ASSERT_EQ(many[k].placement, before[k].placement) << k;
+    ASSERT_EQ(many[k].face, before[k].face) << k;
+    ASSERT_EQ(occluded[k] != 0, before[k].valid()) << k;
+  }
+}
+
+TEST(Units, SettledOnesCountInTheBudget) {
+  // Only so many settle as half of the budget holds, and these stay while others come and go.
+  resetStatistics();
+  const World large(1 << 18);
+  for (uint32_t k = 0; k < 2000; ++k) large.accel->intersect(large.ray(k));
+  const size_t whole = large.geometry->tessellations().peak();
+  World world(static_cast<int>(whole / 1024 / 2));
+  const TessellationCache& cache = world.geometry->tessellations();
+  for (uint32_t k = 0; k < 12; ++k) world.accel->intersect(world.ray(k));
+  ASSERT_FALSE(cache.isTight());
+  world.accel->settle();
+  const int64_t settled = counter("Geometry/units moved into the scene's own structure");
+  EXPECT_GT(settled, 5);
+  const size_t units = world.geometry->units().size();
+  std::vector<uint32_t> there;
+  for (uint32_t k = 0; k < units; ++k)
+    if (const Tessellation* made = cache.resident(k); made && !made->tracer) there.push_back(k);
+  EXPECT_EQ(static_cast<int64_t>(there.size()), settled);
+  for (uint32_t k = 0; k < 4000; ++k) {
+    const Hit hit = world.accel->intersect(world.ray(k)), expected = large.accel->intersect(large.ray(k));
+    ASSERT_TRUE(hit == expected) << k;
+  }
+  EXPECT_TRUE(cache.isTight());
+  EXPECT_LE(cache.peak(), cache.budget() * 105 / 100);
+  for (const uint32_t unit : there) EXPECT_NE(cache.resident(unit), nullptr);
+  world.accel->settle();  // too late: there is no room
+  EXPECT_EQ(counter("Geometry/units moved into the scene's own structure"), settled);
+}
+
 TEST(Units, TheBudgetChangesNoHit) {
   constexpr uint32_t kRays = 1000;
   const World large(1 << 18);
