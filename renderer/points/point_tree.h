@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfels in an octree whose nodes stand for all that is in them when they are far away (P. Christensen,
+// "Point-Based Approximate Color Bleeding", Pixar Technical Memo 08-01, 2008, section 5).
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "renderer/base/math.h"
+
+namespace patina {
+
+/// A piece of a surface: a disc that light leaves on both sides, alike in all directions.
+struct Surfel {
+  V3f P{0, 0, 0};                     ///< world space
+  V3f N{0, 0, 1};                     ///< unit, world space: towards the front
+  float area = 0;                     ///< of the piece, world units squared: what it covers from afar
+  float radius = 0;                   ///< of a disc that covers the piece: what a ray meets from near
+  Rgb front{0, 0, 0}, back{0, 0, 0};  ///< radiance that leaves
+  bool hasBack = true;  ///< false: nobody sees the back, as that of a closed surface; it covers nothing
+};
+
+/// Real spherical harmonics of the first three bands (R. Ramamoorthi, P. Hanrahan 2001, "An Efficient
+/// Representation for Irradiance Environment Maps", equation 3).
+using ShBasis = std::array<float, 9>;
+ShBasis shBasis(const V3f& direction);
+
+/// An octree of cubes over surfels. Immutable but for the radiances. [any thread may read]
+class PointTree {
+ public:
+  static constexpr uint32_t kLeafSize = 8;
+  static constexpr int kMaxDepth = 24;
+
+  /// Surfels whose place, normal or size are not finite, and those without area, are left out: see refused().
+  explicit PointTree(std::vector<Surfel> surfels);
+
+  /// What a node looks like from one direction.
+  struct Seen {
+    float area = 0;         ///< projected, world units squared
+    Rgb radiance{0, 0, 0};  ///< mean over that area
+  };
+  struct Node {
+    V3f center{0, 0, 0};  ///< of a sphere around all the discs
+    float radius = 0;
+    uint32_t first = 0, count = 0;  ///< surfels()
+    uint32_t children = 0;          ///< the first of childCount in nodes(); 0: a leaf
+    uint8_t childCount = 0;
+    /// All that is in it lies about in one plane: a disc of the mean normal, in place of the harmonics, which
+    /// would show it from its edge and from behind.
+    bool isFlat = false;
+    /// All that is in it lies in so few planes that rays may be traced against them: a wall, or where walls
+    /// meet. planes() from `firstPlane` on; 0: it does not.
+    uint32_t firstPlane = 0;
+    uint8_t planeCount = 0;
+    V3f N{0, 0, 1};                     ///< isFlat
+    float frontArea = 0, backArea = 0;  ///< sums of areas, by sides that are seen
+    Rgb front{0, 0, 0}, back{0, 0, 0};  ///< isFlat: mean radiance of each side
+    bool isLeaf() const { return children == 0; }
+  };
+  /// Surfels of a node that lie in one plane. It is met within a box around them: discs cover their pieces,
+  /// so that what is beside each other leaves no gap.
+  struct Plane {
+    V3f P{0, 0, 0}, N{0, 0, 1};
+    Box3f box;
+    float frontArea = 0, backArea = 0;
+    Rgb front{0, 0, 0}, back{0, 0, 0};  ///< mean radiance of each side
+    float spread = 0, height = 0;       ///< most angle between normals and N, distance from the plane
+  };
+  const std::vector<Plane>& planes() const { return planes_; }
+  static constexpr int kMostPlanes = 3;
+  /// Of node `index`, seen along `direction`, which is unit and points away from it.
+  Seen look(uint32_t index, const V3f& direction) const;
+
+  bool empty() const { return surfels_.empty(); }
+  const std::vector<Node>& nodes() const { return nodes_; }        ///< the root is first
+  const std::vector<Surfel>& surfels() const { return surfels_; }  ///< those of a node stand together
+  /// Where a surfel that was handed in stands now: its index in surfels(), or kRefused.
+  static constexpr uint32_t kRefused = ~0u;
+  const std::vector<uint32_t>& places() const { return places_; }
+  size_t refused() const { return refused_; }
+  /// New radiances of surfels(), by their index: those of another bounce. [one thread, nobody reads]
+  void setRadiance(std::span<const Rgb> front, std::span<const Rgb> back);
+  size_t memory() const;  ///< bytes
+
+ private:
+  /// Sums over the surfels of a node: of area times clamped cosine, and of that times radiance.
+  struct Harmonics {
+    ShBasis area{};
+    std::array<ShBasis, 3> power{};
+  };
+  void split(uint32_t node, const V3f& corner, float size, int depth);
+  void summarize();
+  void findPlanes(Node& node);
+
+  std::vector<Surfel> surfels_;
+  std::vector<Plane> planes_;
+  std::vector<uint32_t> order_, places_;
+  std::vector<Node> nodes_;
+  std::vector<Harmonics> harmonics_;  ///< by node; of flat nodes not used
+  size_t refused_ = 0;
+};
+
+}  // namespace patina

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Irradiance from surfels against closed forms.
+#include "renderer/points/point_raster.h"
+
+#include <gtest/gtest.h>
+
+#include "points_shapes.h"
+
+namespace patina {
+namespace {
+
+/// The mean over rasters that are turned.
+PointRaster::Estimate mean(const std::vector<Surfel>& surfels, const V3f& P, const V3f& N,
+                           const PointRaster::Settings& settings = {},
+                           const PointRaster::Environment& sky = {}) {
+  const PointTree tree(surfels);
+  PointRaster raster(settings);
+  PointRaster::Estimate sum;
+  constexpr int kTurns = 16;
+  for (int k = 0; k < kTurns; ++k) {
+    const auto e = raster.gather(tree, P, N, (static_cast<float>(k) + 0.5f) / kTurns, 1e-4f, sky);
+    sum.irradiance += e.irradiance / kTurns, sum.covered += e.covered / kTurns;
+  }
+  return sum;
+}
+
+PointRaster::Environment white() {
+  return [](const V3f&) { return Rgb(1); };
+}
+
+TEST(PointRaster, NothingButSky) {
+  const auto e = mean({}, {0, 0, 0}, {0, 0.6f, 0.8f}, {}, white());
+  EXPECT_NEAR(e.irradiance.x, kPi, 1e-4f);
+  EXPECT_EQ(e.covered, 0);
+  EXPECT_EQ(mean({}, {0, 0, 0}, {0, 0, 1}).irradiance, Rgb(0));
+  // Directions are the world's: half of a sky that is white where x > 0, from a floor and from a wall.
+  const PointRaster::Environment half = [](const V3f& d) { return Rgb(d.x > 0 ? 1 : 0); };
+  EXPECT_NEAR(mean({}, {0, 0, 0}, {0, 0, 1}, {}, half).irradiance.x, kPi / 2, 0.01f);
+  EXPECT_NEAR(mean({}, {0, 0, 0}, {1, 0, 0}, {}, half).irradiance.x, kPi, 1e-4f);
+}
+
+TEST(PointRaster, ASphereAboveAFloor) {
+  // E = pi L (r/d)^2 cos: a closed form whatever the distance, as long as no part is below the horizon.
+  for (const float distance : {1.3f, 2.0f, 5.0f, 20.0f})
+    for (const float cosine : {1.0f, 0.8f}) {
+      const V3f center(distance * std::sqrt(1 - cosine * cosine), 0, distance * cosine);
+      const auto e = mean(sphere(center, 1, 20000, Rgb(1), false, false), {0, 0, 0}, {0, 0, 1});
+      const float expected = cosine / (distance * distance);
+      if (distance * cosine < 1) continue;
+      EXPECT_NEAR(e.irradiance.x / kPi, expected, 0.06f * expected) << distance << ' ' << cosine;
+      EXPECT_NEAR(e.covered, expected, 0.06f * expected);
+    }
+}
+
+TEST(PointRaster, AParallelSquare) {
+  // The form factor of a square of side 2 at the distance h over its middle (Siegel and Howell, C-11).
+  for (const float h : {0.1f, 0.5f, 1.0f, 4.0f}) {
+    std::vector<Surfel> square;
+    addQuad(square, {-1, -1, h}, {0, 2, 0}, {2, 0, 0}, 64, Rgb(1));
+    const float a = 1 / h, root = std::sqrt(1 + a * a);
+    const float F = 4 * (a / root * std::atan(a / root)) / kPi;
+    const auto e = mean(square, {0, 0, 0}, {0, 0, 1});
+    EXPECT_NEAR(e.irradiance.x / kPi, F, 0.03f * F) << h;
+    // From behind it is black, and covers as much.
+    const auto behind = mean(square, {0, 0, 2 * h}, {0, 0, -1});
+    EXPECT_EQ(behind.irradiance.x, 0) << h;
+    EXPECT_NEAR(behind.covered, F, 0.03f * F) << h;
+  }
+}
+
+TEST(PointRaster, AClosedBoxIsFullEverywhere) {
+  // Neither is light lost inside, nor does the white sky behind black walls come in: in the middle, at walls
+  // and in corners, with few and with many surfels.
+  for (const int n : {8, 32, 96}) {
+    const std::vector<Surfel> lit = boxFromInside(n, Rgb(1)), black = boxFromInside(n, Rgb(0), Rgb(1));
+    for (const V3f& P :
+         {V3f(0, 0, -1), V3f(0.9f, 0.1f, -1), V3f(0.97f, -0.97f, -1), V3f(0.3f, 0.2f, -0.4f)}) {
+      const auto e = mean(lit, P, {0, 0, 1});
+      EXPECT_NEAR(e.irradiance.x / kPi, 1, 0.01f) << n << ' ' << P;
+      const auto leak = mean(black, P, {0, 0, 1}, {}, white());
+      EXPECT_LT(leak.irradiance.x / kPi, 0.002f) << n << ' ' << P;
+    }
+  }
+}
+
+TEST(PointRaster, WhatIsNearHidesWhatIsFar) {
+  // A black screen before a white wall, each of them by one square; and the other way about.
+  for (const bool screenIsNear : {true, false}) {
+    std::vector<Surfel> surfels;
+    addQuad(surfels, {-4, -4, 2}, {0, 8, 0}, {8, 0, 0}, 64, Rgb(screenIsNear ? 1 : 0));
+    addQuad(surfels, {-2, -2, 1}, {0, 4, 0}, {4, 0, 0}, 64, Rgb(screenIsNear ? 0 : 1));
+    const auto e = mean(surfels, {0, 0, 0}, {0, 0, 1});
+    const float root = std::sqrt(5.0f), F = 4 * (2 / root * std::atan(2 / root)) / kPi;
+    EXPECT_NEAR(e.irradiance.x / kPi, screenIsNear ? 0 : F, 0.02f);
+    EXPECT_NEAR(e.covered, F, 0.02f);
+  }
+}
+
+TEST(PointRaster, SmallerAnglesAreBetter) {
+  // A ball with a white and a black half, at a distance where nodes of it show both.
+  std::vector<Surfel> ball = sphere({0, 0, 3}, 1, 20000, Rgb(1), false, false);
+  for (Surfel& s : ball)
+    if (s.P.x < 0) s.front = Rgb(0);
+  const auto errorAt = [&](float angle, int resolution) {
+    const auto e = mean(ball, {0.5f, 0, 0}, {0, 0, 1}, {resolution, angle});
+    const auto truth = mean(ball, {0.5f, 0, 0}, {0, 0, 1}, {128, 1e-5f});
+    return std::abs(e.irradiance.x - truth.irradiance.x) / truth.irradiance.x;
+  };
+  const float coarse = errorAt(2, 8), fine = errorAt(0.01f, 32);
+  EXPECT_LT(fine, 0.02f);
+  EXPECT_LT(fine, coarse + 0.002f);
+  EXPECT_LT(coarse, 0.2f);
+}
+
+TEST(PointRaster, TheHorizonCutsWhatReachesBelow) {
+  // A wall that goes from below the floor to far up covers half of what a floor sees.
+  std::vector<Surfel> wall;
+  addQuad(wall, {0.05f, -50, -50}, {0, 0, 100}, {0, 100, 0}, 200, Rgb(0), Rgb(0));
+  std::vector<Surfel> lit;
+  addQuad(lit, {0.05f, -50, -50}, {0, 0, 100}, {0, 100, 0}, 200, Rgb(1), Rgb(1));
+  EXPECT_NEAR(mean(wall, {0, 0, 0}, {0, 0, 1}, {}, white()).irradiance.x, kPi / 2, 0.05f);
+  EXPECT_NEAR(mean(lit, {0, 0, 0}, {0, 0, 1}).irradiance.x, kPi / 2, 0.05f);
+}
+
+}  // namespace
+}  // namespace patina
