@@ -42,6 +42,8 @@ class Integrator {
 std::unique_ptr<Integrator> makePathIntegrator(const World& world);
 /// `cached`: mode radiosity; else mode distribution. `indirect` false: mode direct.
 std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cached, bool indirect);
+/// Bakes points; see BakedPoints.
+std::unique_ptr<Integrator> makePointsIntegrator(const World& world);
 
 /// What a camera sample has seen.
 struct Seen {

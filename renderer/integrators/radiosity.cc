@@ -268,7 +268,9 @@ bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
   return true;
 }
 
-std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cached, bool indirect) {
+namespace {
+
+RadiosityEngine::Settings engineSettings(const World& world, bool cached, bool indirect) {
   const RenderSettings& render = world.settings();
   RadiosityEngine::Settings settings;
   settings.cached = cached || !indirect;  // vertices are shared in direct light, too
@@ -284,7 +286,29 @@ std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cac
                                             : world.scene().options.radiosityCacheKb * 1024.0;
   settings.opacityBytes = static_cast<size_t>(std::max(world.scene().options.opacityCacheKb, 0)) * 1024;
   settings.cacheBytes = static_cast<size_t>(std::clamp(bytes, 0.0, 1e13));
-  return std::make_unique<RadiosityIntegrator>(world, settings);
+  return settings;
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> makeRadiosityIntegrator(const World& world, bool cached, bool indirect) {
+  return std::make_unique<RadiosityIntegrator>(world, engineSettings(world, cached, indirect));
+}
+
+std::unique_ptr<Integrator> makePointsIntegrator(const World& world) {
+  RadiosityEngine::Settings settings = engineSettings(world, true, true);
+  settings.residual = 0;
+  const PointOptions& said = world.scene().options.points;
+  const PointOptions& over = world.settings().points;
+  BakedPoints::Settings of;
+  of.raster.maxSolidAngle = over.maxSolidAngle.value_or(said.maxSolidAngle.value_or(of.raster.maxSolidAngle));
+  of.raster.resolution = over.resolution.value_or(said.resolution.value_or(of.raster.resolution));
+  of.bounces = over.bounces.value_or(said.bounces.value_or(of.bounces));
+  const int kilobytes = over.memoryKb.value_or(said.memoryKb.value_or(static_cast<int>(of.bytes / 1024)));
+  of.bytes = static_cast<size_t>(kilobytes) * 1024;
+  auto points = std::make_unique<const BakedPoints>(world, settings, of);
+  settings.points = points.get();
+  return std::make_unique<RadiosityIntegrator>(world, settings, std::move(points));
 }
 
 }  // namespace patina

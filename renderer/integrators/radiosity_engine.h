@@ -47,6 +47,8 @@ struct RayBudget {
   int light(int depth, Purpose purpose) const;
 };
 
+class BakedPoints;
+
 class RadiosityEngine {
  public:
   /// Diffuse depths up to this have entries of their own; deeper light is followed by random walks.
@@ -62,6 +64,8 @@ class RadiosityEngine {
     float irradianceContrast = 0.1f;  ///< that corners may have
     float fineScale = 2;              ///< as levelScale, of the fine level
     float residual = 0;  ///< chance that a look-up of a sample's or a truth's ray is corrected; 0: none is
+    /// Gathers look at these in place of sending rays. Null: they send rays. [borrowed]
+    const BakedPoints* points = nullptr;
     float levelScale = 0.35f;  ///< a level is fine enough when its spacing is at most so many ray footprints
   };
   RadiosityEngine(const World& world, const Settings& settings);
@@ -173,7 +177,8 @@ class RadiosityEngine {
                    std::span<const Spot> spots) const;
   /// Irradiance of the requests' front from a gather each, to w.front; with the distances of what it met.
   void gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const;
-  /// Sends the rays of w.senders.
+  void lookAtPoints(std::span<const Request> requests, Workspace& w) const;
+  /// Sends the rays of w.senders, or looks at points in their place.
   void gather(std::span<const Request> requests, int depth, bool truth, Workspace& w, int nesting) const;
   /// Indirect irradiance, the smooth sky's included, in front of vertices at depth 0: gathered or
   /// interpolated.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Indirect light and the sky: many gathers' rays at a time.
 #include "renderer/base/statistics.h"
+#include "renderer/integrators/baked_points.h"
 #include "renderer/integrators/radiosity_workspace.h"
 
 namespace patina {
@@ -94,6 +95,17 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
   for (const Request& request : requests) w.points.push_back(request.point);
   w.front.assign(requests.size(), Rgb(0, 0, 0));
   w.distances.assign(requests.size(), {});
+  if (settings_.points) {
+    for (size_t i = 0; i < requests.size(); ++i) {
+      const ShadingPoint& point = w.points[i];
+      const bool lit = settings_.indirect && requests[i].bounces > 0;
+      if (!lit && !world_.lightsOf(point.placement).smooth) continue;
+      const PointRaster::Estimate seen = settings_.points->irradiance(point, false, requests[i].seed, lit);
+      w.front[i] = seen.irradiance;
+      w.distances[i].inverse = seen.inverseDistance, w.distances[i].nearest = seen.nearest;
+    }
+    return;
+  }
   w.gathered.assign(requests.size(), {});
   w.measures = true;
   const int nominal = settings_.rays.diffuse(0, Purpose::Vertex);
@@ -148,8 +160,25 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
     w.distances[i].inverse /= static_cast<float>(std::max(w.gathered[i].rays, 1));
 }
 
+/// In place of rays: each sender receives what its rays would, all in all.
+void RadiosityEngine::lookAtPoints(std::span<const Request> requests, Workspace& w) const {
+  for (Workspace::Sender& sender : w.senders) {
+    const Request& request = requests[sender.request];
+    const bool lit = settings_.indirect && request.bounces > 0;
+    const Rgb irradiance =
+        settings_.points
+            ->irradiance(w.points[sender.request], sender.behind, hashOf(request.seed, request.sample), lit)
+            .irradiance;
+    sender.received = irradiance * (sender.weight * static_cast<float>(sender.count) * kInvPi);
+  }
+}
+
 void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool truth, Workspace& w,
                              int nesting) const {
+  if (settings_.points) {
+    lookAtPoints(requests, w);
+    return;
+  }
   const Lights& lights = world_.lights();
   w.missed.clear(), w.direct.clear(), w.rays.clear(), w.gather.clear();
   const size_t batch = raysAtOnce();

@@ -5,6 +5,7 @@
 
 #include <unordered_map>
 
+#include "renderer/integrators/baked_points.h"
 #include "renderer/integrators/integrator.h"
 #include "renderer/integrators/radiosity_engine.h"
 
@@ -14,6 +15,10 @@ class RadiosityIntegrator final : public Integrator {
  public:
   RadiosityIntegrator(const World& world, const RadiosityEngine::Settings& settings)
       : world_(world), engine_(world, settings), cached_(settings.cached) {}
+  /// Gathers from points, which it keeps.
+  RadiosityIntegrator(const World& world, const RadiosityEngine::Settings& settings,
+                      std::unique_ptr<const BakedPoints> points)
+      : world_(world), points_(std::move(points)), engine_(world, settings), cached_(settings.cached) {}
   void render(FilmTile& tile, SampleRange samples, TileMemory* memory) const override;
   std::unique_ptr<TileMemory> remember() const override {
     return cached_ ? nullptr : std::make_unique<TileVertices>();
@@ -134,6 +139,7 @@ class RadiosityIntegrator final : public Integrator {
   bool proceed(Wave& wave, size_t i, Walk& walk) const;
 
   const World& world_;
+  const std::unique_ptr<const BakedPoints> points_;  ///< null, or what engine_ gathers from
   RadiosityEngine engine_;
   bool cached_;
 };

@@ -17,6 +17,7 @@ namespace {
 
 std::unique_ptr<Integrator> makeIntegrator(const World& world, const std::string& mode) {
   if (mode == "path") return makePathIntegrator(world);
+  if (mode == "points") return makePointsIntegrator(world);
   if (mode == "direct") return makeRadiosityIntegrator(world, false, false);
   return makeRadiosityIntegrator(world, mode == "radiosity", true);
 }
@@ -41,8 +42,9 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
                      : !settings.mode.empty() ? settings.mode
                                               : scene.options.mode;
   if (mode.empty()) mode = "radiosity";
-  if (mode != "radiosity" && mode != "distribution" && mode != "path" && mode != "direct")
-    return fail("there is no mode '" + mode + "'; known are radiosity, distribution, path and direct");
+  if (mode != "radiosity" && mode != "distribution" && mode != "path" && mode != "points" && mode != "direct")
+    return fail("there is no mode '" + mode +
+                "'; known are radiosity, distribution, path, points and direct");
 
   const int threads = settings.threads > 0
                           ? settings.threads

@@ -14,12 +14,13 @@ namespace patina {
 
 /// What the command line says; where it is silent the RIB's options hold, then the defaults.
 struct RenderSettings {
-  std::string mode;                 ///< "radiosity", "distribution", "path", "direct"; "" = not said
-  int threads = 0;                  ///< 0 = as many as the machine has
-  std::optional<int> samples;       ///< camera samples per pixel, in every mode
-  std::optional<int> rays;          ///< diffuse rays per shading point at diffuse depth 0
+  std::string mode;            ///< "radiosity", "distribution", "path", "points", "direct"; "" = not said
+  int threads = 0;             ///< 0 = as many as the machine has
+  std::optional<int> samples;  ///< camera samples per pixel, in every mode
+  std::optional<int> rays;     ///< diffuse rays per shading point at diffuse depth 0
   std::optional<int> lightSamples;  ///< shadow rays per area light and shading point at depth 0
   std::optional<double> cacheMemoryMb;
+  PointOptions points;  ///< of mode points: what is said here holds in place of the RIB's
   /// Which of 2^31 independent pictures of the same scene, in every mode: all random numbers depend on it.
   std::optional<int> seed;
   bool classic = false;      ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light

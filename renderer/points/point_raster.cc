@@ -13,6 +13,9 @@ constexpr float kFull = 0.95f;
 constexpr float kSeam = 0.5f;
 /// The solid angle of a node that is drawn as a square, in pixels of the top's middle.
 constexpr float kOutline = 1;
+/// Surfels of the surface that the place is on: so many radii away, a part of a radius above or below it,
+/// with normals at most so far apart.
+constexpr float kOwnReach = 2, kOwnHeight = 0.3f, kOwnCosine = 0.7f;
 
 /// The faces are the top and the sides towards x, y, -x, -y; v, from 0 on, is up on the sides.
 V3f fromFace(int face, float u, float v) {
@@ -30,10 +33,7 @@ V3f fromFace(int face, float u, float v) {
   }
 }
 
-struct Axes {
-  V3f out, u, v;
-};
-Axes axesOf(int face) {
+std::array<V3f, 3> axesOf(int face) {
   const V3f out = fromFace(face, 0, 0);
   return {out, fromFace(face, 1, 0) - out, fromFace(face, 0, 1) - out};
 }
@@ -57,10 +57,12 @@ PointRaster::PointRaster(const Settings& settings)
       }
   for (Pixel& pixel : pixels_) pixel.weight /= sum;
   content_.resize(pixels_.size());
+  directions_.resize(pixels_.size());
+  for (int face = 0; face < 5; ++face) axes_[static_cast<size_t>(face)] = axesOf(face);
 }
 
 PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, const V3f& N, float turn,
-                                          float nearest, const Environment& environment) {
+                                          float nearest, const Environment& environment, bool lit) {
   std::fill(content_.begin(), content_.end(), Content());
   items_.clear();
   P_ = P, nearest_ = nearest;
@@ -68,11 +70,14 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
   const float angle = 2 * kPi * turn;
   const V3f x = frame_.x * std::cos(angle) + frame_.y * std::sin(angle);
   frame_.y = N.cross(x), frame_.x = x;
+  for (size_t k = 0; k < pixels_.size(); ++k) directions_[k] = frame_.toWorld(pixels_[k].direction);
   if (!tree.empty()) look(tree, 0);
   std::sort(items_.begin(), items_.end(),
             [](const Item& a, const Item& b) { return a.distance < b.distance; });
   for (const Item& item : items_) draw(item);
   Estimate result;
+  openDirections_.clear(), openWeights_.clear();
+  if (!items_.empty()) result.nearest = items_.front().distance;
   for (int face = 0; face < 5; ++face)
     for (int row = 0; row < rowsOf(face); ++row)
       for (int column = 0; column < resolution_; ++column) {
@@ -82,16 +87,25 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
         float covered = c.covered;
         if (c.t < kInfinity) {
           radiance += c.met * (1 - covered);
+          if (covered < 1) c.inverse += (1 - covered) / c.t, result.nearest = std::min(result.nearest, c.t);
           covered = 1;
         } else if (covered > kSeam && (isFull(c) || isBetweenFull(face, row, column))) {
           radiance /= covered;
           covered = 1;
         } else if (environment) {
-          radiance += environment(frame_.toWorld(pixels_[k].direction)) * (1 - covered);
+          openDirections_.push_back(directions_[k]);
+          openWeights_.push_back((1 - covered) * pixels_[k].weight);
         }
-        result.irradiance += radiance * (pixels_[k].weight * kPi);
+        if (lit) result.irradiance += radiance * (pixels_[k].weight * kPi);
         result.covered += covered * pixels_[k].weight;
+        result.inverseDistance += c.inverse * pixels_[k].weight;
       }
+  if (!openDirections_.empty()) {
+    openRadiance_.assign(openDirections_.size(), Rgb(0, 0, 0));
+    environment(openDirections_, openRadiance_);
+    for (size_t k = 0; k < openRadiance_.size(); ++k)
+      result.irradiance += openRadiance_[k] * (openWeights_[k] * kPi);
+  }
   return result;
 }
 
@@ -143,9 +157,10 @@ void PointRaster::look(const PointTree& tree, uint32_t index) {
     const float d2 = at.length2();
     const float cosine = s.N.dot(P_ - s.P);  // times the distance
     if (cosine < 0 && !s.hasBack) continue;
+    if (isOwn(s, d2, cosine)) continue;
     // Traced where it is part of a surface, larger than a pixel, or cut by the horizon.
     if (node.planeCount > 0 || s.radius * s.radius * kPi > d2 * pixel * pixel || at.z < s.radius) {
-      trace(s, at);
+      trace(s);
     } else {
       const float d = std::sqrt(d2);
       add(at, s.area * std::abs(cosine) / d, cosine > 0 ? s.front : s.back);
@@ -160,7 +175,7 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance) {
   const V3f d = local / distance;
   const float toPixels = static_cast<float>(resolution_) / 2;
   for (int face = 0; face < 5; ++face) {
-    const auto [axis, uAxis, vAxis] = axesOf(face);
+    const auto [axis, uAxis, vAxis] = axes_[static_cast<size_t>(face)];
     const float w = axis.dot(d);
     if (w < 0.5f) continue;  // farther than 55 degrees from the axis there is nothing of the face
     const float u = uAxis.dot(d) / w, v = vAxis.dot(d) / w;
@@ -172,31 +187,48 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance) {
   }
 }
 
-void PointRaster::trace(const Surfel& s, const V3f& local) {
-  const V3f N = frame_.toLocal(s.N);
+void PointRaster::trace(const Surfel& s) {
+  const V3f center = s.P - P_;
   const float r2 = s.radius * s.radius;
-  trace(local, s.radius, local, N, N.dot(local) < 0 ? s.front : s.back,
-        [&](const V3f& p) { return (p - local).length2() <= r2; });
+  constexpr float kSlack = 0.01f;
+  const V3f most = s.bound() + V3f(kSlack * s.radius);
+  trace(center, s.radius, center, s.N, s.N.dot(center) < 0 ? s.front : s.back, [&](const V3f& p) {
+    const V3f d = p - center;
+    return d.length2() <= r2 && std::abs(d.x) <= most.x && std::abs(d.y) <= most.y && std::abs(d.z) <= most.z;
+  });
 }
 
 void PointRaster::trace(const PointTree::Plane& plane) {
-  const V3f N = frame_.toLocal(plane.N), on = frame_.toLocal(plane.P - P_);
-  const bool front = N.dot(on) < 0;
+  const V3f on = plane.P - P_;
+  const bool front = plane.N.dot(on) < 0;
   if (!front && plane.backArea == 0) return;
-  trace(frame_.toLocal(plane.box.center() - P_), plane.box.size().length() / 2, on, N,
-        front ? plane.front : plane.back,
-        [&](const V3f& p) { return plane.box.intersects(P_ + frame_.toWorld(p)); });
+  const V3f least = plane.reach.min - P_, most = plane.reach.max - P_;
+  trace(plane.reach.center() - P_, plane.reach.size().length() / 2, on, plane.N,
+        front ? plane.front : plane.back, [&](const V3f& p) {
+          return p.x >= least.x && p.x <= most.x && p.y >= least.y && p.y <= most.y && p.z >= least.z &&
+                 p.z <= most.z;
+        });
+}
+
+/// Pieces around the place, of the surface that it is on, bend away from it and do not stand above it: discs
+/// in their place would.
+bool PointRaster::isOwn(const Surfel& s, float distance2, float height) const {
+  return distance2 < kOwnReach * kOwnReach * s.radius * s.radius &&
+         std::abs(height) < kOwnHeight * s.radius && std::abs(frame_.z.dot(s.N)) > kOwnCosine;
 }
 
 /// Only pixels are looked at that are within the bound of the sphere on each face.
 template <class IsMet>
-void PointRaster::trace(const V3f& local, float radius, const V3f& on, const V3f& N, const Rgb& radiance,
+void PointRaster::trace(const V3f& center, float radius, const V3f& on, const V3f& N, const Rgb& radiance,
                         IsMet isMet) {
+  const V3f local = frame_.toLocal(center);
   const float plane = N.dot(on), toPixels = static_cast<float>(resolution_) / 2;
   for (int face = 0; face < 5; ++face) {
-    const auto [axis, uAxis, vAxis] = axesOf(face);
+    const auto [axis, uAxis, vAxis] = axes_[static_cast<size_t>(face)];
     const float w = axis.dot(local), u = uAxis.dot(local), v = vAxis.dot(local);
-    if (w <= -radius) continue;
+    // Outside of one of the planes through the place and an edge of the face, or below the horizon.
+    const float reach = std::numbers::sqrt2_v<float> * radius;
+    if (std::abs(u) - w > reach || v - w > reach || (face == 0 ? -v - w > reach : v < -radius)) continue;
     // A box around the sphere is seen between these slopes; one that the place is in, or beside, everywhere.
     const float farthest = w + radius, closest = w - radius;
     float u0 = -1, u1 = 1, v0 = -1, v1 = 1;
@@ -217,7 +249,7 @@ void PointRaster::trace(const V3f& local, float radius, const V3f& on, const V3f
       for (int c = c0; c < c1; ++c) {
         const size_t k = firstOf(face) + static_cast<size_t>(y) * static_cast<size_t>(resolution_) +
                          static_cast<size_t>(c);
-        const V3f& d = pixels_[k].direction;
+        const V3f& d = directions_[k];
         const float slope = N.dot(d);
         const float t = plane / slope;
         if (!(t > nearest_) || !(t < content_[k].t)) continue;
@@ -249,6 +281,7 @@ void PointRaster::draw(const Item& item) {
       const float share = std::min(std::max(along, 0.0f) * std::max(across, 0.0f), 1 - c.covered);
       if (!(share > 0)) continue;
       c.covered += share;
+      c.inverse += share / item.distance;
       c.radiance += item.radiance * share;
     }
   }

@@ -16,6 +16,8 @@ constexpr float kFlat = 0.97f;
 /// A plane's normals are within 2.6 degrees, and its surfels no farther from it than this part of the node's
 /// radius.
 constexpr float kPlaneSpread = 0.045f, kThick = 0.02f;
+/// Part of a node's radius by which rays may be beside a box and still meet what is in it.
+constexpr float kSlack = 1e-3f;
 
 bool isUsable(const Surfel& s) {
   constexpr float kFarthest = 1e15f;  // squares of distances do not overflow
@@ -218,7 +220,7 @@ void PointTree::findPlanes(Node& node) {
     for (uint32_t k = node.first; k < node.first + node.count; ++k) {
       const Surfel& s = surfels_[k];
       Plane plane;
-      plane.P = s.P, plane.N = s.N, plane.box = Box3f(s.P - V3f(s.radius), s.P + V3f(s.radius));
+      plane.P = s.P, plane.N = s.N, plane.box = Box3f(s.P - s.bound(), s.P + s.bound());
       plane.frontArea = s.area, plane.backArea = s.hasBack ? s.area : 0;
       plane.front = s.front, plane.back = s.back;
       if (!add(plane)) return;
@@ -230,6 +232,10 @@ void PointTree::findPlanes(Node& node) {
       for (uint32_t k = c.firstPlane; k < c.firstPlane + c.planeCount; ++k)
         if (!add(planes_[k])) return;
     }
+  }
+  for (uint8_t k = 0; k < count; ++k) {
+    const V3f slack(found[k].height + kSlack * node.radius);
+    found[k].reach = Box3f(found[k].box.min - slack, found[k].box.max + slack);
   }
   node.firstPlane = static_cast<uint32_t>(planes_.size()), node.planeCount = count;
   planes_.insert(planes_.end(), found.begin(), found.begin() + count);

@@ -18,6 +18,11 @@ struct Surfel {
   float area = 0;                     ///< of the piece, world units squared: what it covers from afar
   float radius = 0;                   ///< of a disc that covers the piece: what a ray meets from near
   Rgb front{0, 0, 0}, back{0, 0, 0};  ///< radiance that leaves
+  /// Half of the size of the piece's bounding box around P: nothing is met outside of it.
+  V3f extent{kInfinity, kInfinity, kInfinity};
+  V3f bound() const {
+    return {std::min(extent.x, radius), std::min(extent.y, radius), std::min(extent.z, radius)};
+  }
   bool hasBack = true;  ///< false: nobody sees the back, as that of a closed surface; it covers nothing
 };
 
@@ -62,7 +67,7 @@ class PointTree {
   /// so that what is beside each other leaves no gap.
   struct Plane {
     V3f P{0, 0, 0}, N{0, 0, 1};
-    Box3f box;
+    Box3f box, reach;  ///< around the pieces; and a little larger, in which rays meet the plane
     float frontArea = 0, backArea = 0;
     Rgb front{0, 0, 0}, back{0, 0, 0};  ///< mean radiance of each side
     float spread = 0, height = 0;       ///< most angle between normals and N, distance from the plane

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "renderer/scene/scene_builder.h"
 #include "rib/search_path.h"
@@ -200,6 +201,36 @@ void SceneBuilder::relativeDetail(float scale, const Location& at) {
   options_.relativeDetail = scale;
 }
 
+void SceneBuilder::readPointOptions(const ParamList& params, const Location& at) {
+  const auto refuse = [&](std::string_view token, const auto& value, std::string_view expected) {
+    error(RiError::Range, at,
+          fmt::format("Option \"points\" \"{}\" {}: expected {}", token, value, expected));
+  };
+  const auto whole = [&](std::string_view token, int least, int most, int unit, std::optional<int>& to,
+                         std::string_view expected) {
+    if (!params.find(token)) return;
+    const int value = params.intValue(token, 0);
+    if (value >= least && value <= most && value % unit == 0)
+      to = value;
+    else
+      refuse(token, value, expected);
+  };
+  PointOptions& points = options_.points;
+  if (params.find("maxsolidangle")) {
+    const float angle = params.floatValue("maxsolidangle", 0);
+    if (angle >= PointOptions::kLeastAngle && angle <= PointOptions::kMostAngle)
+      points.maxSolidAngle = angle;
+    else
+      refuse("maxsolidangle", angle, "0.0001 to 1");
+  }
+  whole("resolution", PointOptions::kLeastResolution, PointOptions::kMostResolution, 2, points.resolution,
+        "an even number from 4 to 128");
+  whole("bounces", 1, PointOptions::kMostBounces, 1, points.bounces, "1 to 64");
+  whole("memory", 1, std::numeric_limits<int>::max(), 1, points.memoryKb, "kilobytes");
+  params.reportUnread(errors_, "Option \"points\"",
+                      std::array<std::string_view, 4>{"maxsolidangle", "resolution", "bounces", "memory"});
+}
+
 void SceneBuilder::option(std::string_view name, const ParamList& params, const Location& at) {
   setUserValues("option", name, params);
   if (name != "searchpath" && std::ranges::find(kHintOptions, name) == std::end(kHintOptions))
@@ -275,6 +306,8 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     params.reportUnread(
         errors_, "Option \"patina\"",
         std::array<std::string_view, 5>{"mode", "display", "seed", "levelscale", "finescale"});
+  } else if (name == "points") {
+    readPointOptions(params, at);
   } else if (name == "trace") {
     passOver(params, kIgnoredTrace);
     for (const std::string_view token : {"maxdepth", "specularthreshold", "continuationby"})

@@ -311,6 +311,16 @@ struct Quantization {
   float dither = 0.5f;
 };
 
+/// Of mode points, as far as they are said.
+struct PointOptions {
+  static constexpr float kLeastAngle = 1e-4f, kMostAngle = 1;
+  static constexpr int kLeastResolution = 4, kMostResolution = 128, kMostBounces = 64;
+  std::optional<float> maxSolidAngle;  ///< steradians above which a group of points is taken apart
+  std::optional<int> resolution;       ///< pixels along an edge of a point's raster: even
+  std::optional<int> bounces;          ///< of diffuse light, 1 or more
+  std::optional<int> memoryKb;         ///< of the octree: 1 or more
+};
+
 struct Options {
   int xResolution = 640, yResolution = 480;
   float pixelAspect = 1;
@@ -331,6 +341,7 @@ struct Options {
   int seed = 0;                               ///< Option "patina" "seed": of random numbers; not negative
   float levelScale = 0.35f;                   ///< Option "patina" "levelscale": see RadiosityEngine::Settings
   float fineScale = 2;                        ///< likewise, "finescale"
+  PointOptions points;                        ///< Option "points"
   std::optional<Rgb> background;              ///< Imager "background"
   int radiosityCacheKb = 262144;              ///< Option "limits" "radiositycachememory"
   int opacityCacheKb = 262144, geometryCacheKb = 262144, textureKb = 262144;

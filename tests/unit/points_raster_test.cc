@@ -25,7 +25,7 @@ PointRaster::Estimate mean(const std::vector<Surfel>& surfels, const V3f& P, con
 }
 
 PointRaster::Environment white() {
-  return [](const V3f&) { return Rgb(1); };
+  return [](std::span<const V3f>, std::span<Rgb> out) { std::fill(out.begin(), out.end(), Rgb(1)); };
 }
 
 TEST(PointRaster, NothingButSky) {
@@ -34,7 +34,9 @@ TEST(PointRaster, NothingButSky) {
   EXPECT_EQ(e.covered, 0);
   EXPECT_EQ(mean({}, {0, 0, 0}, {0, 0, 1}).irradiance, Rgb(0));
   // Directions are the world's: half of a sky that is white where x > 0, from a floor and from a wall.
-  const PointRaster::Environment half = [](const V3f& d) { return Rgb(d.x > 0 ? 1 : 0); };
+  const PointRaster::Environment half = [](std::span<const V3f> directions, std::span<Rgb> out) {
+    for (size_t k = 0; k < out.size(); ++k) out[k] = Rgb(directions[k].x > 0 ? 1 : 0);
+  };
   EXPECT_NEAR(mean({}, {0, 0, 0}, {0, 0, 1}, {}, half).irradiance.x, kPi / 2, 0.01f);
   EXPECT_NEAR(mean({}, {0, 0, 0}, {1, 0, 0}, {}, half).irradiance.x, kPi, 1e-4f);
 }
@@ -61,6 +63,12 @@ TEST(PointRaster, AParallelSquare) {
     const float F = 4 * (a / root * std::atan(a / root)) / kPi;
     const auto e = mean(square, {0, 0, 0}, {0, 0, 1});
     EXPECT_NEAR(e.irradiance.x / kPi, F, 0.03f * F) << h;
+    // All of it is at h or farther.
+    const PointTree tree(square);
+    const auto one = PointRaster({}).gather(tree, {0, 0, 0}, {0, 0, 1}, 0, 1e-4f, {});
+    EXPECT_NEAR(one.nearest, h, 0.03f * h);
+    EXPECT_LT(one.inverseDistance, 1 / h);
+    EXPECT_GT(one.inverseDistance, F / std::sqrt(h * h + 2));
     // From behind it is black, and covers as much.
     const auto behind = mean(square, {0, 0, 2 * h}, {0, 0, -1});
     EXPECT_EQ(behind.irradiance.x, 0) << h;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <cmath>
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -43,6 +44,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       "-d [N] and -fb (a window) are ignored: every picture goes to a file.");
 
   std::string resolution, frames, shading;
+  std::optional<double> pointsMegabytes;
   std::array<float, 4> crop{};
   app.add_option("files", line.files, "RIB files; - is standard input")->type_name("FILE");
   app.add_option("-o,--output", line.output,
@@ -63,6 +65,20 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       ->check(CLI::NonNegativeNumber);
   app.add_option("--cache-memory", render.cacheMemoryMb, "Radiosity cache in MB")
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--points-maxsolidangle", render.points.maxSolidAngle,
+                 "Mode points: steradians above which a group of points is taken apart")
+      ->check(CLI::Range(PointOptions::kLeastAngle, PointOptions::kMostAngle));
+  app.add_option("--points-resolution", render.points.resolution,
+                 "Mode points: pixels along an edge of each raster, even")
+      ->check(CLI::Range(PointOptions::kLeastResolution, PointOptions::kMostResolution))
+      ->check([](const std::string& said) {
+        return said.find_last_of("13579") + 1 == said.size() && !said.empty() ? "expected an even number"
+                                                                              : "";
+      });
+  app.add_option("--points-bounces", render.points.bounces, "Mode points: bounces of diffuse light")
+      ->check(CLI::Range(1, PointOptions::kMostBounces));
+  app.add_option("--points-memory", pointsMegabytes, "Mode points: MB of the points' octree")
+      ->check(CLI::Range(0.001, 1e6));
   app.add_option("--seed", render.seed, "Of random numbers: others give independent noise")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   app.add_option("--shading", shading,
@@ -128,6 +144,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
     line.crop = crop;
   }
   if (progressiveSaid->count() > 0) render.progressive = progressive;
+  if (pointsMegabytes) render.points.memoryKb = static_cast<int>(std::ceil(*pointsMegabytes * 1024));
   render.shadeAtHits = shading == "hit" || render.unbiased;
   render.replay = replayArguments(arguments);
   if (line.files.empty()) {

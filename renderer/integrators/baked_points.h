@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfels of a scene with the light that leaves them: what mode points gathers from (P. Christensen,
+// "Point-Based Approximate Color Bleeding", Pixar Technical Memo 08-01, 2008).
+#pragma once
+
+#include <memory>
+
+#include "renderer/integrators/radiosity_engine.h"
+#include "renderer/points/point_raster.h"
+
+namespace patina {
+
+class BakedPoints {
+ public:
+  struct Settings {
+    PointRaster::Settings raster;
+    int bounces = 4;                   ///< diffuse ones that a picture has in all, 1 or more
+    size_t bytes = size_t{256} << 20;  ///< for the octree: pieces grow until it holds them
+  };
+  /// Cuts what diffuse rays see into pieces, one for each micropolygon of its patches where memory allows
+  /// it, and shades them: with direct light first, then again, with what they gather from each other, for
+  /// each bounce but the last, which is the picture's own. `direct` says how direct light is sampled; its
+  /// other members do not count. [all threads; nobody renders]
+  BakedPoints(const World& world, const RadiosityEngine::Settings& direct, const Settings& settings);
+  ~BakedPoints();
+
+  /// Irradiance by surfels, and where none is, by the smooth skies that the point's surface sees; on the side
+  /// of its normal or behind. `withSurfels` false: they only hide the sky. [any thread]
+  PointRaster::Estimate irradiance(const ShadingPoint& point, bool behind, uint64_t seed,
+                                   bool withSurfels) const;
+
+ private:
+  struct Piece;
+  void collect(uint32_t placement, int step, std::vector<Piece>* pieces, size_t& count) const;
+  void bake(const RadiosityEngine& engine, const std::vector<Piece>& pieces, std::vector<Rgb>& front,
+            std::vector<Rgb>& back) const;
+
+  const World& world_;
+  const Settings settings_;
+  std::unique_ptr<PointTree> tree_;
+};
+
+}  // namespace patina
