@@ -18,7 +18,7 @@ STAT_TIME("Time of threads/rasters of surfels", rasterTime);
 /// Bytes of the octree for a surfel, measured (PointTree.MemoryIsCounted), and of what baking needs beside.
 constexpr size_t kBytesOfSurfel = 420;
 constexpr size_t kBatch = 1024;
-/// Receivers see nothing that is nearer than this part of their error bound's reach.
+/// Receivers see nothing that is nearer than so many times the error of their place.
 constexpr float kErrors = 16;
 
 }  // namespace

@@ -14,7 +14,7 @@ class BakedPoints {
  public:
   struct Settings {
     PointRaster::Settings raster;
-    int bounces = 4;                   ///< diffuse ones that a picture has in all, 1 or more
+    int bounces = 4;                   ///< diffuse ones in all, 1 or more; no more than any object allows
     size_t bytes = size_t{256} << 20;  ///< for the octree: pieces grow until it holds them
   };
   /// Cuts what diffuse rays see into pieces, one for each micropolygon of its patches where memory allows

@@ -223,8 +223,8 @@ class SceneBuilder final : public RibHandler {
   void error(RiError code, const Location& at, std::string_view message, std::string_view key = {});
   void warning(RiError code, const Location& at, std::string_view message, std::string_view key = {});
   void countNotice(const std::string& message, const Location& at);
-  /// Names an Option or Attribute (`token` may be empty: all of its name space) that changes nothing.
   void readPointOptions(const ParamList& params, const Location& at);
+  /// Names an Option or Attribute (`token` may be empty: all of its name space) that changes nothing.
   void noEffect(std::string_view request, std::string_view name, std::string_view token, const Location& at);
   void reportNotices();  ///< each once, with its count
 

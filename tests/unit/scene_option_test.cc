@@ -217,5 +217,23 @@ TEST(Options, NoticesAreLimited) {
   EXPECT_THAT(built.messages, testing::Contains(HasSubstr("more of the kinds named here (2800 times)")));
 }
 
+TEST(Options, Points) {
+  const Built built =
+      build(R"(Option "points" "maxsolidangle" [.01] "resolution" [32] "bounces" [2] "memory" [1000]
+    WorldBegin WorldEnd)");
+  const PointOptions& points = built.world().options.points;
+  EXPECT_EQ(points.maxSolidAngle, .01f);
+  EXPECT_EQ(points.resolution, 32);
+  EXPECT_EQ(points.bounces, 2);
+  EXPECT_EQ(points.memoryKb, 1000);
+  EXPECT_TRUE(built.messages.empty());
+  const Built wrong =
+      build(R"(Option "points" "maxsolidangle" [7] "resolution" [15] "bounces" [0] "memory" [-1]
+    WorldBegin WorldEnd)");
+  EXPECT_EQ(wrong.messages.size(), 4u);
+  EXPECT_FALSE(wrong.world().options.points.resolution);
+  EXPECT_FALSE(wrong.world().options.points.bounces);
+}
+
 }  // namespace
 }  // namespace patina
