@@ -12,6 +12,7 @@ namespace {
 STAT_COUNTER("Points/surfels", surfelCount);
 STAT_COUNTER("Points/surfels refused: no area, or not finite", refusedCount);
 STAT_COUNTER("Points/surfels shaded", shadedCount);
+STAT_COUNTER("Points/bounces baked", bounceCount);
 STAT_COUNTER("Points/rasters drawn", rasterCount);
 STAT_TIME("Time of threads/rasters of surfels", rasterTime);
 
@@ -20,17 +21,26 @@ constexpr size_t kBytesOfSurfel = 420;
 constexpr size_t kBatch = 1024;
 /// Receivers see nothing that is nearer than so many times the error of their place.
 constexpr float kErrors = 16;
+/// Of irradiance that is interpolated while baking: Ward's error, and contrast. cornell's picture is the same
+/// with 0.1, and takes 1.6 times as long.
+constexpr float kRoughness = 0.4f;
+/// Bounces end when all that are left would add less than this part of the power: that much is estimated.
+constexpr double kRest = 0.02;
 
 }  // namespace
 
 /// A surfel and where it is on its surface.
 struct BakedPoints::Piece {
   uint32_t placement, face;
+  uint32_t patch;  ///< kNone: of a group of small faces
   float u, v;
   float size;  ///< distance of neighbours
   float area, radius;
   bool hasBack;
-  V3f extent;
+  /// In front and behind: something stands between the vertices around it, so that it is looked at by itself.
+  std::array<bool, 2> isAlone{false, false};
+  V3f U;  ///< along a side
+  float halfU, halfV;
 };
 
 BakedPoints::~BakedPoints() = default;
@@ -41,7 +51,7 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
   const Attributes& attributes = world_.attributesOf(placement);
   if ((attributes.visibility & kDiffuseRay) == 0) return;
   const PatchTable& patches = geometry.patches();
-  const auto add = [&](uint32_t face, const V2f* corners, int n, float scale) {
+  const auto add = [&](uint32_t patch, uint32_t face, const V2f* corners, int n, float scale) {
     ++count;
     if (!pieces) return;
     V3f P[4];
@@ -53,18 +63,34 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
     }
     const float area =
         (n == 4 ? (P[3] - P[0]).cross(P[2] - P[1]) : (P[1] - P[0]).cross(P[2] - P[0])).length() / 2;
-    float radius = 0;
-    V3f extent(0, 0, 0);
+    const V3f N = normalizedOr((P[1] - P[0]).cross(P[n - 1] - P[0]), V3f(0, 0, 1));
+    const V3f U = normalizedOr(P[1] - P[0], Frame(N).x), V = N.cross(U);
+    float radius = 0, halfU = 0, halfV = 0;
     for (int k = 0; k < n; ++k) {
       const V3f d = P[k] - center;
       radius = std::max(radius, d.length());
-      for (int i = 0; i < 3; ++i) extent[i] = std::max(extent[i], std::abs(d[i]));
+      halfU = std::max(halfU, std::abs(d.dot(U))), halfV = std::max(halfV, std::abs(d.dot(V)));
     }
-    pieces->push_back({placement, face, middle.x, middle.y, std::sqrt(area), area * scale,
-                       radius * std::sqrt(scale), !attributes.oneSided, scale > 1 ? V3f(kInfinity) : extent});
+    if (scale > 1) halfU = halfV = kInfinity;
+    pieces->push_back({placement,
+                       face,
+                       patch,
+                       middle.x,
+                       middle.y,
+                       std::sqrt(area),
+                       area * scale,
+                       radius * std::sqrt(scale),
+                       !attributes.oneSided,
+                       {false, false},
+                       U,
+                       halfU,
+                       halfV});
   };
   const Surface& surface = geometry.surface(geometry.placements()[placement]);
   const auto [first, patchCount] = patches.patchesOf(placement);
+  // Of faces and patches that are one piece each, some stand for their neighbours when memory is short.
+  const uint32_t every = step >= 16 ? static_cast<uint32_t>(step / 8) : 1;
+  uint32_t number = 0;
   bool grouped = false;
   for (uint32_t index = first; index < first + patchCount; ++index) {
     const Patch& patch = patches[index];
@@ -73,6 +99,9 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
       continue;
     }
     const int nu = std::max(1, patch.cellsU / step), nv = std::max(1, patch.cellsV / step);
+    const bool isOne = nu * nv == 1;
+    if (isOne && number++ % every != 0) continue;
+    const float scale = isOne ? static_cast<float>(every) : 1;
     const auto at = [&](int i, int j) {
       return patch.toFace(
           {static_cast<float>(i) / static_cast<float>(nu), static_cast<float>(j) / static_cast<float>(nv)});
@@ -81,31 +110,28 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
       for (int i = 0; i < nu; ++i) {
         if (patch.shape == FaceShape::Quad) {
           const V2f corners[4] = {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)};
-          add(patch.face, corners, 4, 1);
+          add(index, patch.face, corners, 4, scale);
         } else if (i + j < nu) {
           const V2f corners[3] = {at(i, j), at(i + 1, j), at(i, j + 1)};
-          add(patch.face, corners, 3, 1);
+          add(index, patch.face, corners, 3, scale);
           const V2f others[3] = {at(i + 1, j + 1), at(i, j + 1), at(i + 1, j)};
-          if (i + j + 1 < nu) add(patch.face, others, 3, 1);
+          if (i + j + 1 < nu) add(index, patch.face, others, 3, scale);
         }
       }
   }
   if (!grouped) return;
-  // Faces smaller than micropolygons have one each; when memory is short some stand for their neighbours.
-  const uint32_t every = step >= 16 ? static_cast<uint32_t>(step / 8) : 1;
-  uint32_t number = 0;
+  number = 0;
   for (uint32_t face = 0; face < surface.faceCount(); ++face) {
     const bool quad = surface.faceShape(face) == FaceShape::Quad;
     const float middle = quad ? 0.5f : 1.0f / 3;
     if (patches[patches.find(placement, face, middle, middle)].group == 0) continue;
     if (number++ % every != 0) continue;
     static constexpr V2f kCorners[4] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
-    add(face, kCorners, quad ? 4 : 3, static_cast<float>(every));
+    add(kNone, face, kCorners, quad ? 4 : 3, static_cast<float>(every));
   }
 }
 
-BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& direct,
-                         const Settings& settings)
+BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& like, const Settings& settings)
     : world_(world), settings_(settings) {
   const PhaseTimer timer("Baking of points");
   const auto placements = static_cast<uint32_t>(world.geometry().placements().size());
@@ -129,11 +155,12 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& di
     const ShadingPoint point = world.shading().at(p.placement, p.face, p.u, p.v, true, p.size);
     Surfel& s = surfels[k];
     s.P = point.P, s.N = point.Ng, s.area = p.area, s.radius = p.radius, s.hasBack = p.hasBack;
-    s.extent = p.extent;
+    s.U = p.U;
+    s.halfU = p.halfU, s.halfV = p.halfV;
   });
   RadiosityEngine::Settings first;
-  first.cached = false, first.indirect = false, first.rays = direct.rays;
-  bake(RadiosityEngine(world, first), pieces, front, back);
+  first.cached = false, first.indirect = false, first.rays = like.rays;
+  bake(RadiosityEngine(world, first), {0, false}, pieces, front, back);
   for (size_t k = 0; k < pieces.size(); ++k) surfels[k].front = front[k], surfels[k].back = back[k];
   tree_ = std::make_unique<PointTree>(std::move(surfels));
   surfelCount += static_cast<int64_t>(tree_->surfels().size());
@@ -146,44 +173,134 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& di
         f[at] = front[k], b[at] = back[k];
     tree_->setRadiance(f, b);
   };
-  RadiosityEngine::Settings next = first;
-  next.indirect = true, next.points = this;
-  const RadiosityEngine engine(world, next);
+  RadiosityEngine::Settings next = like;
+  next.points = this;
+  // What gathers average over may be rougher than the picture.
+  next.irradianceError = next.irradianceContrast = kRoughness;
   int most = 1;  // that any object allows
   for (const Attributes& attributes : world.scene().attributes)
     most = std::max(most, attributes.maxDiffuseDepth);
-  for (int bounce = 1; bounce < std::min(settings.bounces, most) && !world.interrupted(); ++bounce) {
-    bake(engine, pieces, front, back);
+  const int bounces = settings.bounces > 0 ? std::min(settings.bounces, most) : most;
+  std::vector<Rgb> frontBefore, backBefore;
+  V3d gained(0), gainedBefore(0);
+  bool isStable = false;
+  if (bounces > 1) findAlone(RadiosityEngine(world, next), pieces);
+  for (int bounce = 1; bounce < bounces && !world.interrupted(); ++bounce) {
+    frontBefore = front, backBefore = back;
+    // Irradiance is interpolated in patches: an engine has it of one bounce.
+    ++bounceCount;
+    bake(RadiosityEngine(world, next), {bounce, isStable}, pieces, front, back);
+    const auto shines = [](const Rgb& f, const Rgb& b) { return std::pair(!isBlack(f), !isBlack(b)); };
+    isStable = true;
+    for (size_t k = 0; k < pieces.size() && isStable; ++k)
+      isStable = shines(front[k], back[k]) == shines(frontBefore[k], backBefore[k]);
+    if (settings.bounces == 0) {
+      V3d sum(0);
+      gainedBefore = gained, gained = V3d(0);
+      for (size_t k = 0; k < pieces.size(); ++k) {
+        const double area = pieces[k].area;
+        sum += V3d(front[k] + back[k]) * area;
+        gained += V3d(front[k] - frontBefore[k] + back[k] - backBefore[k]) * area;
+      }
+      if (bounce > 1 && addRest(pieces, bounces - 1 - bounce, sum, gained, gainedBefore, frontBefore,
+                                backBefore, front, back))
+        bounce = bounces;
+    }
     hand();
   }
   setStatistic("Memory/points MB", static_cast<double>(tree_->memory()) / 1048576);
   setStatistic("Points/micropolygons along a surfel", step);
 }
 
+VertexWeights BakedPoints::around(const Piece& piece) const {
+  const Patch& patch = world_.geometry().patches()[piece.patch];
+  const V2f local = patch.toLocal(piece.u, piece.v);
+  return patch.locate(Level::Fine, local.x, local.y);
+}
+
+void BakedPoints::findAlone(const RadiosityEngine& engine, std::vector<Piece>& pieces) const {
+  tbb::parallel_for(size_t{0}, (pieces.size() + kBatch - 1) / kBatch, [&](size_t batch) {
+    std::vector<RadiosityEngine::Cell> cells;
+    std::vector<bool*> to;
+    for (size_t k = batch * kBatch; k < std::min(pieces.size(), (batch + 1) * kBatch); ++k) {
+      Piece& p = pieces[k];
+      if (p.patch == kNone) continue;
+      for (const bool side : {true, false}) {
+        if (!side && !p.hasBack) continue;
+        cells.push_back({p.patch, side, around(p), nullptr});
+        to.push_back(&p.isAlone[side ? 0 : 1]);
+      }
+    }
+    std::vector<uint8_t> separated(cells.size());
+    engine.separated(cells, separated);
+    for (size_t k = 0; k < cells.size(); ++k) *to[k] = separated[k] != 0;
+  });
+}
+
+/// What `more` bounces would add, each of them as much less than the one before as the last: once that is
+/// little. Powers by channel; false: it is not.
+bool BakedPoints::addRest(const std::vector<Piece>& pieces, int more, const V3d& sum, const V3d& gained,
+                          const V3d& gainedBefore, const std::vector<Rgb>& frontBefore,
+                          const std::vector<Rgb>& backBefore, std::vector<Rgb>& front,
+                          std::vector<Rgb>& back) const {
+  std::array<double, 3> ratio;
+  const auto restOf = [](double r, int n) { return r * (1 - std::pow(r, n)) / (1 - r); };
+  for (int c = 0; c < 3; ++c) {
+    constexpr double kMostRatio = 0.99;
+    ratio[static_cast<size_t>(c)] =
+        gainedBefore[c] > 0 ? std::clamp(gained[c] / gainedBefore[c], 0.0, kMostRatio) : 0;
+    if (restOf(ratio[static_cast<size_t>(c)], more) * gained[c] > kRest * sum[c]) return false;
+  }
+  for (size_t k = 0; k < pieces.size(); ++k) {
+    // Objects that allow fewer bounces have theirs.
+    const int left = std::min(more, world_.attributesOf(pieces[k].placement).maxDiffuseDepth - 1);
+    for (int c = 0; c < 3; ++c) {
+      const auto part = static_cast<float>(restOf(ratio[static_cast<size_t>(c)], std::max(left, 0)));
+      front[k][c] += (front[k][c] - frontBefore[k][c]) * part;
+      back[k][c] += (back[k][c] - backBefore[k][c]) * part;
+    }
+  }
+  return true;
+}
+
 /// Radiance of both sides. The same for any number of threads: pieces are shaded in batches of fixed ones.
-void BakedPoints::bake(const RadiosityEngine& engine, const std::vector<Piece>& pieces,
+void BakedPoints::bake(const RadiosityEngine& engine, const Bounce& bounce, const std::vector<Piece>& pieces,
                        std::vector<Rgb>& front, std::vector<Rgb>& back) const {
   tbb::parallel_for(size_t{0}, (pieces.size() + kBatch - 1) / kBatch, [&](size_t batch) {
     if (world_.interrupted()) return;
     const size_t begin = batch * kBatch, end = std::min(pieces.size(), begin + kBatch);
     std::vector<RadiosityEngine::Request> requests;
+    std::vector<RadiosityEngine::Spot> spots;
     std::vector<std::pair<size_t, bool>> of;
-    for (size_t k = begin; k < end; ++k)
-      for (const bool side : {true, false}) {
-        const Piece& p = pieces[k];
-        if (!side && !p.hasBack) continue;
-        const ShadingPoint point = world_.shading().at(p.placement, p.face, p.u, p.v, side, p.size);
-        const uint64_t seed = hashOf(world_.geometry().placements()[p.placement].seed, p.face,
-                                     uint64_t{floatBits(p.u)} << 32 | floatBits(p.v), side) ^
-                              world_.frameSeed();
-        requests.push_back({point, seed, engine.bouncesAt(p.placement)});
-        of.emplace_back(k, side);
-      }
-    std::vector<Rgb> radiance(requests.size());
-    // As deep as what gathers meet: with as many rays to lights as the finest vertices there get.
-    engine.shade(requests, 1, Purpose::Vertex, radiance);
-    shadedCount += static_cast<int64_t>(requests.size());
-    for (size_t i = 0; i < of.size(); ++i) (of[i].second ? front : back)[of[i].first] = radiance[i];
+    std::vector<Rgb> radiance;
+    const auto shade = [&] {
+      radiance.resize(requests.size());
+      // As deep as what gathers meet: with as many rays to lights as the finest vertices there get.
+      engine.shade(requests, 1, Purpose::Vertex, radiance, spots);
+      shadedCount += static_cast<int64_t>(requests.size());
+      for (size_t i = 0; i < of.size(); ++i) (of[i].second ? front : back)[of[i].first] = radiance[i];
+      requests.clear(), spots.clear(), of.clear();
+    };
+    for (const bool inPatches : {true, false}) {
+      for (size_t k = begin; k < end; ++k)
+        for (const bool side : {true, false}) {
+          const Piece& p = pieces[k];
+          const bool isInPatch = p.patch != kNone && !p.isAlone[side ? 0 : 1];
+          if ((!side && !p.hasBack) || inPatches != isInPatch) continue;
+          const ShadingPoint point = world_.shading().at(p.placement, p.face, p.u, p.v, side, p.size);
+          const uint64_t seed = hashOf(world_.geometry().placements()[p.placement].seed, p.face,
+                                       uint64_t{floatBits(p.u)} << 32 | floatBits(p.v), side) ^
+                                world_.frameSeed();
+          const int bounces = engine.bouncesAt(p.placement);
+          const Rgb& before = side ? front[k] : back[k];
+          if (bounce.number > bounces || (bounce.onlyLit && isBlack(before))) continue;
+          requests.push_back({point, seed, bounces});
+          of.emplace_back(k, side);
+          if (!inPatches || !engine.cache()) continue;
+          spots.push_back({p.patch, side, RadiosityEngine::keptBounces(bounces), around(p)});
+        }
+      shade();
+    }
   });
 }
 

@@ -14,14 +14,16 @@ class BakedPoints {
  public:
   struct Settings {
     PointRaster::Settings raster;
-    int bounces = 4;                   ///< diffuse ones in all, 1 or more; no more than any object allows
+    /// Diffuse ones in all, no more than any object allows; 0: as many as those allow, of which what the last
+    /// ones add is estimated when it is little.
+    int bounces = 0;
     size_t bytes = size_t{256} << 20;  ///< for the octree: pieces grow until it holds them
   };
   /// Cuts what diffuse rays see into pieces, one for each micropolygon of its patches where memory allows
   /// it, and shades them: with direct light first, then again, with what they gather from each other, for
-  /// each bounce but the last, which is the picture's own. `direct` says how direct light is sampled; its
-  /// other members do not count. [all threads; nobody renders]
-  BakedPoints(const World& world, const RadiosityEngine::Settings& direct, const Settings& settings);
+  /// each bounce but the last, which is the picture's own. Irradiance is interpolated
+  /// within patches as in the picture: `like` are the settings of that. [all threads; nobody renders]
+  BakedPoints(const World& world, const RadiosityEngine::Settings& like, const Settings& settings);
   ~BakedPoints();
 
   /// Irradiance by surfels, and where none is, by the smooth skies that the point's surface sees; on the side
@@ -32,8 +34,18 @@ class BakedPoints {
  private:
   struct Piece;
   void collect(uint32_t placement, int step, std::vector<Piece>* pieces, size_t& count) const;
-  void bake(const RadiosityEngine& engine, const std::vector<Piece>& pieces, std::vector<Rgb>& front,
-            std::vector<Rgb>& back) const;
+  VertexWeights around(const Piece& piece) const;
+  void findAlone(const RadiosityEngine& engine, std::vector<Piece>& pieces) const;
+  struct Bounce {
+    int number;  ///< how many are in the radiance afterwards; objects that allow fewer keep what they have
+    /// Black sides stay black: in the last bounce no side began to shine, so that what they see is as it was.
+    bool onlyLit;
+  };
+  void bake(const RadiosityEngine& engine, const Bounce& bounce, const std::vector<Piece>& pieces,
+            std::vector<Rgb>& front, std::vector<Rgb>& back) const;
+  bool addRest(const std::vector<Piece>& pieces, int more, const V3d& sum, const V3d& gained,
+               const V3d& gainedBefore, const std::vector<Rgb>& frontBefore,
+               const std::vector<Rgb>& backBefore, std::vector<Rgb>& front, std::vector<Rgb>& back) const;
 
   const World& world_;
   const Settings settings_;

@@ -10,12 +10,16 @@ namespace {
 /// A pixel that is covered so far counts as full: squares in place of pieces do not fit without gaps.
 constexpr float kFull = 0.95f;
 /// ... and one that is covered so far, between two that are full.
-constexpr float kSeam = 0.5f;
+constexpr float kSeam = 0.3f;
+/// ... and one where so much of the pixels around is covered, on average.
+constexpr float kAmong = 0.7f;
 /// The solid angle of a node that is drawn as a square, in pixels of the top's middle.
-constexpr float kOutline = 1;
+constexpr float kOutline = 2;
 /// Surfels of the surface that the place is on: so many radii away, a part of a radius above or below it,
 /// with normals at most so far apart.
 constexpr float kOwnReach = 2, kOwnHeight = 0.3f, kOwnCosine = 0.7f;
+/// ... and in which the place is not in a hollow by so much of a radius.
+constexpr float kHollow = 1e-3f;
 
 /// The faces are the top and the sides towards x, y, -x, -y; v, from 0 on, is up on the sides.
 V3f fromFace(int face, float u, float v) {
@@ -33,44 +37,54 @@ V3f fromFace(int face, float u, float v) {
   }
 }
 
-std::array<V3f, 3> axesOf(int face) {
-  const V3f out = fromFace(face, 0, 0);
-  return {out, fromFace(face, 1, 0) - out, fromFace(face, 0, 1) - out};
-}
+/// Pixels are looked at so many at a time.
+constexpr int kLanes = 8;
+
+V3f abs(const V3f& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 }  // namespace
 
 PointRaster::PointRaster(const Settings& settings)
-    : resolution_(settings.resolution), maxSolidAngle_(settings.maxSolidAngle) {
+    : resolution_(settings.resolution),
+      stride_((settings.resolution + kLanes - 1) / kLanes * kLanes),
+      maxSolidAngle_(settings.maxSolidAngle) {
   assert(resolution_ >= 2 && resolution_ % 2 == 0);
   const float size = 2 / static_cast<float>(resolution_);
   float sum = 0;
   for (int face = 0; face < 5; ++face)
     for (int row = 0; row < rowsOf(face); ++row)
-      for (int column = 0; column < resolution_; ++column) {
+      for (int column = 0; column < stride_; ++column) {
         const float u = -1 + (static_cast<float>(column) + 0.5f) * size;
         const float v = (face == 0 ? -1 : 0) + (static_cast<float>(row) + 0.5f) * size;
         const V3f d = fromFace(face, u, v);
         const float length2 = d.length2();
-        pixels_.push_back({d.z * size * size * kInvPi / (length2 * length2), d / std::sqrt(length2)});
-        sum += pixels_.back().weight;
+        const float weight = column < resolution_ ? d.z * size * size * kInvPi / (length2 * length2) : 0;
+        pixels_.push_back({weight, d / std::sqrt(length2)});
+        sum += weight;
       }
   for (Pixel& pixel : pixels_) pixel.weight /= sum;
-  content_.resize(pixels_.size());
-  directions_.resize(pixels_.size());
-  for (int face = 0; face < 5; ++face) axes_[static_cast<size_t>(face)] = axesOf(face);
+  for (auto* of : {&dx_, &dy_, &dz_, &t_}) of->resize(pixels_.size());
+  met_.resize(pixels_.size()), content_.resize(pixels_.size());
+  for (int face = 0; face < 5; ++face) {
+    const V3f out = fromFace(face, 0, 0);
+    axes_[static_cast<size_t>(face)] = {out, fromFace(face, 1, 0) - out, fromFace(face, 0, 1) - out};
+  }
 }
 
 PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, const V3f& N, float turn,
                                           float nearest, const Environment& environment, bool lit) {
   std::fill(content_.begin(), content_.end(), Content());
-  items_.clear();
+  std::fill(t_.begin(), t_.end(), kInfinity);
+  items_.clear(), traced_.clear();
   P_ = P, nearest_ = nearest;
   frame_ = Frame(N);
   const float angle = 2 * kPi * turn;
   const V3f x = frame_.x * std::cos(angle) + frame_.y * std::sin(angle);
   frame_.y = N.cross(x), frame_.x = x;
-  for (size_t k = 0; k < pixels_.size(); ++k) directions_[k] = frame_.toWorld(pixels_[k].direction);
+  for (size_t k = 0; k < pixels_.size(); ++k) {
+    const V3f d = frame_.toWorld(pixels_[k].direction);
+    dx_[k] = d.x, dy_[k] = d.y, dz_[k] = d.z;
+  }
   if (!tree.empty()) look(tree, 0);
   std::sort(items_.begin(), items_.end(),
             [](const Item& a, const Item& b) { return a.distance < b.distance; });
@@ -81,19 +95,21 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
   for (int face = 0; face < 5; ++face)
     for (int row = 0; row < rowsOf(face); ++row)
       for (int column = 0; column < resolution_; ++column) {
-        const size_t k = firstOf(face) + static_cast<size_t>(row * resolution_ + column);
+        const size_t k = at(face, row, column);
         Content& c = content_[k];
         Rgb radiance = c.radiance;
         float covered = c.covered;
-        if (c.t < kInfinity) {
-          radiance += c.met * (1 - covered);
-          if (covered < 1) c.inverse += (1 - covered) / c.t, result.nearest = std::min(result.nearest, c.t);
+        if (t_[k] < kInfinity) {
+          radiance += radianceMet(k) * (1 - covered);
+          if (covered < 1)
+            c.inverse += (1 - covered) / t_[k], result.nearest = std::min(result.nearest, t_[k]);
           covered = 1;
-        } else if (covered > kSeam && (isFull(c) || isBetweenFull(face, row, column))) {
+        } else if (covered > kSeam && (isFull(k) || isBetweenFull(face, row, column) ||
+                                       (!environment && isAmongCovered(face, row, column)))) {
           radiance /= covered;
           covered = 1;
         } else if (environment) {
-          openDirections_.push_back(directions_[k]);
+          openDirections_.push_back({dx_[k], dy_[k], dz_[k]});
           openWeights_.push_back((1 - covered) * pixels_[k].weight);
         }
         if (lit) result.irradiance += radiance * (pixels_[k].weight * kPi);
@@ -109,7 +125,19 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
   return result;
 }
 
-bool PointRaster::isFull(const Content& c) { return c.t < kInfinity || c.covered > kFull; }
+Rgb PointRaster::radianceMet(size_t pixel) const {
+  const Traced& met = traced_[static_cast<size_t>(met_[pixel])];
+  if (!met.slope) return met.radiance;
+  const V3f along = V3f(dx_[pixel], dy_[pixel], dz_[pixel]) * t_[pixel] - met.P;
+  const auto& [r, g, b] = *met.slope;
+  const Rgb change(r.dot(along), g.dot(along), b.dot(along));
+  const Rgb sum = met.radiance + change;
+  return {std::max(sum.x, 0.0f), std::max(sum.y, 0.0f), std::max(sum.z, 0.0f)};
+}
+
+bool PointRaster::isFull(size_t pixel) const {
+  return t_[pixel] < kInfinity || content_[pixel].covered > kFull;
+}
 
 /// Of a pixel that is covered in part: whether pixels on two opposite sides of it are full, so that it is
 /// rather a seam of a surface than its border. Beyond a face's edge there is nothing to be told.
@@ -117,26 +145,51 @@ bool PointRaster::isBetweenFull(int face, int row, int column) const {
   const int rows = rowsOf(face);
   const auto fullAt = [&](int r, int c) {
     if (r < 0 || c < 0 || r >= rows || c >= resolution_) return true;
-    return isFull(content_[firstOf(face) + static_cast<size_t>(r * resolution_ + c)]);
+    return isFull(at(face, r, c));
   };
   for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {1, 1}, {1, -1}})
     if (fullAt(row + dr, column + dc) && fullAt(row - dr, column - dc)) return true;
   return false;
 }
 
+/// Squares that stand for a far curved wall overlap here and leave gaps there: where nothing is behind them
+/// that would shine, those are closed.
+bool PointRaster::isAmongCovered(int face, int row, int column) const {
+  const int rows = rowsOf(face);
+  float sum = 0;
+  int count = 0;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
+    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, resolution_ - 1); ++c, ++count) {
+      const size_t k = at(face, r, c);
+      sum += t_[k] < kInfinity ? 1 : content_[k].covered;
+    }
+  return sum > kAmong * static_cast<float>(count);
+}
+
+/// Below the horizon, or in the plane of it.
+bool PointRaster::isBelow(const PointTree& tree, const PointTree::Node& node) const {
+  const V3f& up = frame_.z;
+  if (up.dot(node.center - P_) + std::min(abs(up).dot(node.half), node.radius) <= nearest_) return true;
+  if (node.planeCount != 1) return false;
+  const PointTree::Plane& plane = tree.planes()[node.firstPlane];
+  const float sine = up.cross(plane.N).length();
+  return up.dot(plane.P - P_) + 2 * node.radius * sine + plane.height <= nearest_;
+}
+
 void PointRaster::look(const PointTree& tree, uint32_t index) {
   const PointTree::Node& node = tree.nodes()[index];
+  if (isBelow(tree, node)) return;
   const V3f local = frame_.toLocal(node.center - P_);
-  if (local.z <= -node.radius) return;  // below the horizon
   const float distance2 = local.length2();
   // Of a sphere with the radius r at the distance d: 2 pi (1 - root(1 - r^2 / d^2)), about pi r^2 / d^2.
   // What lies in no planes has an outline that its square does not follow: it is no larger than a pixel.
   const float pixel = 2 / static_cast<float>(resolution_);
-  const float most =
-      node.planeCount > 0 ? maxSolidAngle_ : std::min(maxSolidAngle_, kOutline * pixel * pixel);
+  const float most = node.planeCount > 0 && node.isCovered
+                         ? maxSolidAngle_
+                         : std::min(maxSolidAngle_, kOutline * pixel * pixel);
   const bool isFar =
       distance2 * most > kPi * node.radius * node.radius && distance2 > 4 * node.radius * node.radius;
-  if (isFar && node.planeCount > 0) {
+  if (isFar && node.isCovered && node.planeCount > 0) {
     for (uint32_t k = node.firstPlane; k < node.firstPlane + node.planeCount; ++k) trace(tree.planes()[k]);
     return;
   }
@@ -175,7 +228,7 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance) {
   const V3f d = local / distance;
   const float toPixels = static_cast<float>(resolution_) / 2;
   for (int face = 0; face < 5; ++face) {
-    const auto [axis, uAxis, vAxis] = axes_[static_cast<size_t>(face)];
+    const auto& [axis, uAxis, vAxis] = axes_[static_cast<size_t>(face)];
     const float w = axis.dot(d);
     if (w < 0.5f) continue;  // farther than 55 degrees from the axis there is nothing of the face
     const float u = uAxis.dot(d) / w, v = vAxis.dot(d) / w;
@@ -189,74 +242,126 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance) {
 
 void PointRaster::trace(const Surfel& s) {
   const V3f center = s.P - P_;
-  const float r2 = s.radius * s.radius;
-  constexpr float kSlack = 0.01f;
-  const V3f most = s.bound() + V3f(kSlack * s.radius);
-  trace(center, s.radius, center, s.N, s.N.dot(center) < 0 ? s.front : s.back, [&](const V3f& p) {
-    const V3f d = p - center;
-    return d.length2() <= r2 && std::abs(d.x) <= most.x && std::abs(d.y) <= most.y && std::abs(d.z) <= most.z;
-  });
+  const float slack = 0.01f * s.radius;
+  traced_.push_back({s.N.dot(center) < 0 ? s.front : s.back, center, nullptr});
+  trace<false>({s.N, s.U, s.N.cross(s.U), center, std::min(s.halfU, s.radius) + slack,
+                std::min(s.halfV, s.radius) + slack, s.radius * s.radius, V3f(0), V3f(0)});
 }
 
 void PointRaster::trace(const PointTree::Plane& plane) {
-  const V3f on = plane.P - P_;
-  const bool front = plane.N.dot(on) < 0;
+  const V3f center = plane.center - P_;
+  const bool front = plane.N.dot(center) < 0;
   if (!front && plane.backArea == 0) return;
-  const V3f least = plane.reach.min - P_, most = plane.reach.max - P_;
-  trace(plane.reach.center() - P_, plane.reach.size().length() / 2, on, plane.N,
-        front ? plane.front : plane.back, [&](const V3f& p) {
-          return p.x >= least.x && p.x <= most.x && p.y >= least.y && p.y <= most.y && p.z >= least.z &&
-                 p.z <= most.z;
-        });
+  traced_.push_back(
+      {front ? plane.front : plane.back, plane.P - P_, front ? &plane.frontSlope : &plane.backSlope});
+  trace<true>({plane.N, plane.U, plane.V, center, plane.halfU + plane.slack, plane.halfV + plane.slack,
+               kInfinity, plane.box.center() - P_, plane.box.size() / 2 + V3f(plane.slack)});
 }
 
-/// Pieces around the place, of the surface that it is on, bend away from it and do not stand above it: discs
-/// in their place would.
+/// Pieces around the place, of the surface that it is on: where that bends away they do not stand above it,
+/// but discs in their place would. Where it is hollow they are seen.
 bool PointRaster::isOwn(const Surfel& s, float distance2, float height) const {
-  return distance2 < kOwnReach * kOwnReach * s.radius * s.radius &&
-         std::abs(height) < kOwnHeight * s.radius && std::abs(frame_.z.dot(s.N)) > kOwnCosine;
+  const float cosine = frame_.z.dot(s.N);
+  const float above = cosine > 0 ? height : -height;  // of the place over the piece
+  return distance2 < kOwnReach * kOwnReach * s.radius * s.radius && above < kHollow * s.radius &&
+         above > -kOwnHeight * s.radius && std::abs(cosine) > kOwnCosine;
 }
 
-/// Only pixels are looked at that are within the bound of the sphere on each face.
-template <class IsMet>
-void PointRaster::trace(const V3f& center, float radius, const V3f& on, const V3f& N, const Rgb& radiance,
-                        IsMet isMet) {
-  const V3f local = frame_.toLocal(center);
-  const float plane = N.dot(on), toPixels = static_cast<float>(resolution_) / 2;
-  for (int face = 0; face < 5; ++face) {
-    const auto [axis, uAxis, vAxis] = axes_[static_cast<size_t>(face)];
-    const float w = axis.dot(local), u = uAxis.dot(local), v = vAxis.dot(local);
-    // Outside of one of the planes through the place and an edge of the face, or below the horizon.
-    const float reach = std::numbers::sqrt2_v<float> * radius;
-    if (std::abs(u) - w > reach || v - w > reach || (face == 0 ? -v - w > reach : v < -radius)) continue;
-    // A box around the sphere is seen between these slopes; one that the place is in, or beside, everywhere.
-    const float farthest = w + radius, closest = w - radius;
-    float u0 = -1, u1 = 1, v0 = -1, v1 = 1;
-    if (closest > 0) {
-      u0 = std::min((u - radius) / closest, (u - radius) / farthest);
-      u1 = std::max((u + radius) / closest, (u + radius) / farthest);
-      v0 = std::min((v - radius) / closest, (v - radius) / farthest);
-      v1 = std::max((v + radius) / closest, (v + radius) / farthest);
+/// Of a place in the raster's frame: along a face's axis, u and v, which are those of the raster or their
+/// opposites.
+template <int kFace>
+V3f PointRaster::onFace(const V3f& p) {
+  if constexpr (kFace == 0)
+    return {p.z, p.x, p.y};
+  else if constexpr (kFace == 1)
+    return p;
+  else if constexpr (kFace == 2)
+    return {p.y, -p.x, p.z};
+  else if constexpr (kFace == 3)
+    return {-p.x, -p.y, p.z};
+  else
+    return {-p.y, p.x, p.z};
+}
+
+template <int kFace>
+PointRaster::Pixels PointRaster::pixelsOf(const LocalRectangle& rectangle) const {
+  constexpr int face = kFace;
+  const V3f c = onFace<face>(rectangle.center), reach = onFace<face>(rectangle.reach);
+  const float w = c.x, u = c.y, v = c.z;
+  const float dw = std::abs(reach.x), du = std::abs(reach.y), dv = std::abs(reach.z);
+  const float farthest = w + dw, closest = w - dw, bottom = face == 0 ? 1 : 0;
+  // Behind the place, or outside of one of the planes through it and an edge of the face.
+  if (farthest <= 0 || std::abs(u) - du > farthest || v - dv > farthest || v + dv < -bottom * farthest)
+    return {};
+  float u0 = kInfinity, u1 = -kInfinity, v0 = kInfinity, v1 = -kInfinity;
+  constexpr float kNear = 1e-4f;
+  if (closest > kNear * farthest) {
+    const V3f x = onFace<face>(rectangle.a), y = onFace<face>(rectangle.b);
+    for (int k = 0; k < 4; ++k) {
+      const float i = k & 1 ? 1 : -1, j = k & 2 ? 1 : -1;
+      const float scale = 1 / (w + i * x.x + j * y.x);
+      const float cu = (u + i * x.y + j * y.y) * scale, cv = (v + i * x.z + j * y.z) * scale;
+      u0 = std::min(u0, cu), u1 = std::max(u1, cu), v0 = std::min(v0, cv), v1 = std::max(v1, cv);
     }
-    const float bottom = face == 0 ? 1 : 0;
-    const int rows = rowsOf(face);
-    const auto limit = [](float x, int most) {
-      return std::clamp(static_cast<int>(std::clamp(x, -1.0f, 1e4f)), 0, most);
-    };
-    const int c0 = limit((u0 + 1) * toPixels, resolution_), c1 = limit((u1 + 1) * toPixels + 1, resolution_);
-    const int y0 = limit((v0 + bottom) * toPixels, rows), y1 = limit((v1 + bottom) * toPixels + 1, rows);
-    for (int y = y0; y < y1; ++y)
-      for (int c = c0; c < c1; ++c) {
-        const size_t k = firstOf(face) + static_cast<size_t>(y) * static_cast<size_t>(resolution_) +
-                         static_cast<size_t>(c);
-        const V3f& d = directions_[k];
-        const float slope = N.dot(d);
-        const float t = plane / slope;
-        if (!(t > nearest_) || !(t < content_[k].t)) continue;
-        if (!isMet(d * t)) continue;
-        content_[k].t = t, content_[k].met = radiance;
-      }
+  } else {  // parts are beside the place: of what is on one side the slope is at least that at the far end
+    u0 = u - du > 0 ? (u - du) / farthest : -1, u1 = u + du < 0 ? (u + du) / farthest : 1;
+    v0 = v - dv > 0 ? (v - dv) / farthest : -1, v1 = v + dv < 0 ? (v + dv) / farthest : 1;
   }
+  const int rows = rowsOf(face);
+  const float toPixels = static_cast<float>(resolution_) / 2;
+  // Centres of pixels are what rays go through; a thousandth of a pixel is more than rounding.
+  constexpr float kRounding = 1e-3f;
+  const auto from = [&](float at, int most) {
+    return static_cast<int>(
+        std::clamp(std::ceil(at * toPixels - 0.5f - kRounding), 0.0f, static_cast<float>(most)));
+  };
+  const auto to = [&](float at, int most) {
+    return static_cast<int>(
+        std::clamp(std::floor(at * toPixels + 0.5f + kRounding), 0.0f, static_cast<float>(most)));
+  };
+  return {from(u0 + 1, resolution_), to(u1 + 1, resolution_), from(v0 + bottom, rows), to(v1 + bottom, rows)};
+}
+
+template <bool IsBoxed>
+void PointRaster::trace(const Target& target) {
+  const auto id = static_cast<int32_t>(traced_.size() - 1);
+  const auto [nx, ny, nz] = std::array{target.N.x, target.N.y, target.N.z};
+  const auto [ux, uy, uz] = std::array{target.U.x, target.U.y, target.U.z};
+  const auto [vx, vy, vz] = std::array{target.V.x, target.V.y, target.V.z};
+  const auto [cx, cy, cz] = std::array{target.boxCenter.x, target.boxCenter.y, target.boxCenter.z};
+  const auto [hx, hy, hz] = std::array{target.half.x, target.half.y, target.half.z};
+  const float plane = target.N.dot(target.center), cu = target.U.dot(target.center),
+              cv = target.V.dot(target.center), hu = target.halfU, hv = target.halfV;
+  const float radius2 = target.radius2, nearest = nearest_;
+  LocalRectangle rectangle{frame_.toLocal(target.center), frame_.toLocal(target.U * target.halfU),
+                           frame_.toLocal(target.V * target.halfV), V3f(0)};
+  rectangle.reach = abs(rectangle.a) + abs(rectangle.b);
+  const auto traceOn = [&](int face, const Pixels& pixels) {
+    if (pixels.column0 >= pixels.column1) return;
+    for (int row = pixels.row0; row < pixels.row1; ++row)
+      for (int column = pixels.column0 / kLanes * kLanes; column < pixels.column1; column += kLanes) {
+        const size_t first = at(face, row, column);
+        const float *dx = &dx_[first], *dy = &dy_[first], *dz = &dz_[first];
+        float* t = &t_[first];
+        int32_t* met = &met_[first];
+#pragma GCC ivdep
+        for (int k = 0; k < kLanes; ++k) {
+          const float along = plane / (nx * dx[k] + ny * dy[k] + nz * dz[k]);
+          const float u = (ux * dx[k] + uy * dy[k] + uz * dz[k]) * along - cu,
+                      v = (vx * dx[k] + vy * dy[k] + vz * dz[k]) * along - cv;
+          bool isMet = (along > nearest) & (along < t[k]) & (std::abs(u) <= hu) & (std::abs(v) <= hv);
+          if constexpr (IsBoxed)
+            isMet = isMet & (std::abs(dx[k] * along - cx) <= hx) & (std::abs(dy[k] * along - cy) <= hy) &
+                    (std::abs(dz[k] * along - cz) <= hz);
+          else
+            isMet = isMet & (u * u + v * v <= radius2);
+          t[k] = isMet ? along : t[k];
+          met[k] = isMet ? id : met[k];
+        }
+      }
+  };
+  traceOn(0, pixelsOf<0>(rectangle)), traceOn(1, pixelsOf<1>(rectangle)), traceOn(2, pixelsOf<2>(rectangle)),
+      traceOn(3, pixelsOf<3>(rectangle)), traceOn(4, pixelsOf<4>(rectangle));
 }
 
 /// Covers what the square covers of each pixel, as far as that is not covered yet nor stands behind what the
@@ -268,16 +373,15 @@ void PointRaster::draw(const Item& item) {
             x1 = std::min(resolution_, static_cast<int>(std::floor(x + item.half)) + 1),
             y0 = std::max(0, static_cast<int>(std::floor(y - item.half))),
             y1 = std::min(rows, static_cast<int>(std::floor(y + item.half)) + 1);
-  const size_t first = firstOf(item.face);
   for (int j = y0; j < y1; ++j) {
     const float across =
         std::min(y + item.half, static_cast<float>(j + 1)) - std::max(y - item.half, static_cast<float>(j));
     for (int i = x0; i < x1; ++i) {
       const float along =
           std::min(x + item.half, static_cast<float>(i + 1)) - std::max(x - item.half, static_cast<float>(i));
-      Content& c = content_[first + static_cast<size_t>(j) * static_cast<size_t>(resolution_) +
-                            static_cast<size_t>(i)];
-      if (item.distance >= c.t) continue;
+      const size_t k = at(item.face, j, i);
+      Content& c = content_[k];
+      if (item.distance >= t_[k]) continue;
       const float share = std::min(std::max(along, 0.0f) * std::max(across, 0.0f), 1 - c.covered);
       if (!(share > 0)) continue;
       c.covered += share;

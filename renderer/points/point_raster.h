@@ -2,6 +2,7 @@
 // What a place sees of surfels: a small raster around it (Christensen 2008, section 6).
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -17,7 +18,7 @@ class PointRaster {
  public:
   struct Settings {
     int resolution = 16;          ///< pixels along an edge of the hemicube's top, 2 to 256, even
-    float maxSolidAngle = 0.06f;  ///< steradians of a node's sphere, above which what is in it is looked at
+    float maxSolidAngle = 0.25f;  ///< steradians of a node's sphere, above which what is in it is looked at
   };
   explicit PointRaster(const Settings& settings);
 
@@ -49,33 +50,68 @@ class PointRaster {
   };
   void look(const PointTree& tree, uint32_t node);
   void add(const V3f& local, float area, const Rgb& radiance);
+  /// What rays through pixels may meet: the part of a plane that is in a rectangle, and in a disc or a box.
+  /// World space, relative to the place.
+  struct Target {
+    V3f N, U, V, center;  ///< of the rectangle
+    float halfU, halfV;
+    float radius2;        ///< of a disc around the center; kInfinity: none
+    V3f boxCenter, half;  ///< read with IsBoxed only
+  };
   void trace(const Surfel& surfel);
   void trace(const PointTree::Plane& plane);
-  /// Sets what pixels meet of a plane within a sphere: `isMet` says of a point of the plane whether it is.
-  /// World space, relative to the place.
-  template <class IsMet>
-  void trace(const V3f& center, float radius, const V3f& on, const V3f& N, const Rgb& radiance, IsMet isMet);
+  template <bool IsBoxed>
+  void trace(const Target& target);
+  /// The pixels of a face in which something of a target's box may be.
+  struct Pixels {
+    int column0 = 0, column1 = 0, row0 = 0, row1 = 0;
+  };
+  struct LocalRectangle {
+    V3f center, a, b;  ///< in the raster's frame: the middle, and from there to the middles of two sides
+    V3f reach;         ///< half of its box's size
+  };
+  template <int kFace>
+  static V3f onFace(const V3f& p);
+  template <int kFace>
+  Pixels pixelsOf(const LocalRectangle& rectangle) const;
   void draw(const Item& item);
-  /// Pixels of a face: rows from y0 on stand in pixels_, the side faces' upper halves only.
+  /// Pixels of a face stand in rows of stride_, the side faces' upper halves only.
   int rowsOf(int face) const { return face == 0 ? resolution_ : resolution_ / 2; }
   size_t firstOf(int face) const {
-    const auto r = static_cast<size_t>(resolution_);
-    return face == 0 ? 0 : r * r + static_cast<size_t>(face - 1) * r * (r / 2);
+    const auto r = static_cast<size_t>(resolution_), s = static_cast<size_t>(stride_);
+    return face == 0 ? 0 : r * s + static_cast<size_t>(face - 1) * s * (r / 2);
+  }
+  size_t at(int face, int row, int column) const {
+    return firstOf(face) + static_cast<size_t>(row) * static_cast<size_t>(stride_) +
+           static_cast<size_t>(column);
   }
 
-  int resolution_;
+  int resolution_, stride_;
   float maxSolidAngle_;
-  std::vector<Pixel> pixels_;
-  struct Content {
-    Rgb radiance{0, 0, 0}, met{0, 0, 0};
+  std::vector<Pixel> pixels_;  ///< beyond the columns of a face: without weight
+  struct Content {             ///< of what is drawn
+    Rgb radiance{0, 0, 0};
     float covered = 0, inverse = 0;  ///< inverse: covered / distance
-    float t = kInfinity;             ///<  of the nearest surfel that the pixel's ray meets
   };
   bool isOwn(const Surfel& surfel, float distance2, float height) const;
-  static bool isFull(const Content& c);
+  bool isBelow(const PointTree& tree, const PointTree::Node& node) const;
+  bool isFull(size_t pixel) const;
   bool isBetweenFull(int face, int row, int column) const;
-  std::vector<V3f> directions_;             ///< by pixel: world space
-  std::array<std::array<V3f, 3>, 5> axes_;  ///< of faces: the way out, u and v
+  bool isAmongCovered(int face, int row, int column) const;
+  struct Axes {
+    V3f out, u, v;  ///< the way to the middle of a face, and those along it
+  };
+  std::array<Axes, 5> axes_;         ///< of faces, in the raster's frame
+  std::vector<float> dx_, dy_, dz_;  ///< by pixel: world space
+  std::vector<float> t_;             ///< of the nearest that the pixel's ray meets
+  std::vector<int32_t> met_;         ///< where that one's radiance is
+  struct Traced {
+    Rgb radiance;  ///< at P, relative to the place
+    V3f P;
+    const std::array<V3f, 3>* slope;  ///< nullptr: none
+  };
+  std::vector<Traced> traced_;
+  Rgb radianceMet(size_t pixel) const;
   std::vector<Content> content_;
   std::vector<Item> items_;
   std::vector<V3f> openDirections_;

@@ -13,17 +13,11 @@ constexpr std::array<float, 3> kCosineBands = {kPi, 2 * kPi / 3, kPi / 4};
 constexpr std::array<int, 9> kBandOf = {0, 1, 1, 1, 2, 2, 2, 2, 2};
 /// Normals of a flat node are at least so near to their mean: 14 degrees.
 constexpr float kFlat = 0.97f;
-/// A plane's normals are within 2.6 degrees, and its surfels no farther from it than this part of the node's
-/// radius.
-constexpr float kPlaneSpread = 0.045f, kThick = 0.02f;
-/// Part of a node's radius by which rays may be beside a box and still meet what is in it.
-constexpr float kSlack = 1e-3f;
-
 bool isUsable(const Surfel& s) {
   constexpr float kFarthest = 1e15f;  // squares of distances do not overflow
   return isFinite(s.P) && maxAbsComponent(s.P) < kFarthest && s.radius < kFarthest && isFinite(s.N) &&
          std::isfinite(s.area) && s.area > 0 && std::isfinite(s.radius) && s.radius >= 0 &&
-         std::abs(s.N.length2() - 1) < 1e-2f;
+         std::abs(s.N.length2() - 1) < 1e-2f && isFinite(s.U) && s.halfU >= 0 && s.halfV >= 0;
 }
 
 Rgb finiteOr0(const Rgb& c) { return isFinite(c) ? c : Rgb(0, 0, 0); }
@@ -33,6 +27,14 @@ float dot(const ShBasis& a, const ShBasis& b) {
 }
 
 }  // namespace
+
+V3f Surfel::bound() const {
+  const V3f V = N.cross(U);
+  const float u = std::min(halfU, radius), v = std::min(halfV, radius);
+  V3f half;
+  for (int k = 0; k < 3; ++k) half[k] = std::min(radius, std::abs(U[k]) * u + std::abs(V[k]) * v);
+  return half;
+}
 
 ShBasis shBasis(const V3f& d) {
   constexpr float k0 = 0.282095f, k1 = 0.488603f, k2 = 1.092548f, k20 = 0.315392f, k22 = 0.546274f;
@@ -51,9 +53,12 @@ PointTree::PointTree(std::vector<Surfel> surfels) : surfels_(std::move(surfels))
   places_.assign(surfels_.size(), kRefused);
   Box3f box;
   for (uint32_t k = 0; k < surfels_.size(); ++k) {
-    if (!isUsable(surfels_[k])) continue;
+    Surfel& s = surfels_[k];
+    if (!isUsable(s)) continue;
+    s.N.normalize();
+    s.U = normalizedOr(s.U - s.N * s.N.dot(s.U), Frame(s.N).x);
     order_.push_back(k);
-    box.extendBy(surfels_[k].P);
+    box.extendBy(s.P);
   }
   refused_ = surfels_.size() - order_.size();
   if (!order_.empty()) {
@@ -145,7 +150,7 @@ void PointTree::summarize() {
       sums.N += V3d(s.N) * area;
       sums.front += V3d(s.front) * area, sums.frontArea += area;
       if (s.hasBack) sums.back += V3d(s.back) * area, sums.backArea += area;
-      box.extendBy(Box3f(s.P - V3f(s.radius), s.P + V3f(s.radius)));
+      box.extendBy(Box3f(s.P - s.bound(), s.P + s.bound()));
     }
     float least = 1;
     for (uint32_t child = node.children; child < node.children + node.childCount; ++child) {
@@ -154,10 +159,11 @@ void PointTree::summarize() {
       sums.N += V3d(c.N) * front;
       sums.front += V3d(c.front) * front, sums.frontArea += front;
       sums.back += V3d(c.back) * back, sums.backArea += back;
-      box.extendBy(Box3f(c.center - V3f(c.radius), c.center + V3f(c.radius)));
+      box.extendBy(Box3f(c.center - c.half, c.center + c.half));
       if (!c.isFlat) least = -1;
     }
     node.center = box.center();
+    node.half = box.size() / 2;
     node.radius = 0;
     for (const Surfel& s : own.first(node.isLeaf() ? own.size() : 0))
       node.radius = std::max(node.radius, (s.P - node.center).length() + s.radius);
@@ -175,70 +181,6 @@ void PointTree::summarize() {
     node.back = sums.backArea > 0 ? V3f(sums.back / sums.backArea) : V3f(0);
     findPlanes(node);
   }
-}
-
-namespace {
-
-/// Two planes as one; false: they are not.
-bool unite(PointTree::Plane& a, const PointTree::Plane& b, float thickness) {
-  constexpr float kQuick = 0.99f;
-  if (a.N.dot(b.N) < kQuick) return false;
-  PointTree::Plane sum;
-  sum.frontArea = a.frontArea + b.frontArea, sum.backArea = a.backArea + b.backArea;
-  const float share = b.frontArea / sum.frontArea;
-  sum.N = normalizedOr(lerp(share, a.N, b.N), a.N);
-  sum.P = lerp(share, a.P, b.P);
-  for (const PointTree::Plane* of : {static_cast<const PointTree::Plane*>(&a), &b}) {
-    const float sine = of->N.cross(sum.N).length();  // of small angles, where the arc cosine is rounded off
-    sum.spread = std::max(sum.spread, sine + of->spread);
-    sum.height = std::max(sum.height, std::abs((of->P - sum.P).dot(sum.N)) + of->height);
-  }
-  if (sum.spread > kPlaneSpread || sum.height > thickness) return false;
-  sum.front = lerp(share, a.front, b.front);
-  if (sum.backArea > 0) sum.back = lerp(b.backArea / sum.backArea, a.back, b.back);
-  sum.box = a.box;
-  sum.box.extendBy(b.box);
-  a = sum;
-  return true;
-}
-
-}  // namespace
-
-void PointTree::findPlanes(Node& node) {
-  std::array<Plane, kMostPlanes> found;
-  uint8_t count = 0;
-  const float thickness = kThick * node.radius;
-  const auto add = [&](const Plane& plane) {
-    for (uint8_t k = 0; k < count; ++k)
-      if (unite(found[k], plane, thickness)) return true;
-    if (count == kMostPlanes) return false;
-    found[count++] = plane;
-    return true;
-  };
-  node.planeCount = 0;
-  if (node.isLeaf()) {
-    for (uint32_t k = node.first; k < node.first + node.count; ++k) {
-      const Surfel& s = surfels_[k];
-      Plane plane;
-      plane.P = s.P, plane.N = s.N, plane.box = Box3f(s.P - s.bound(), s.P + s.bound());
-      plane.frontArea = s.area, plane.backArea = s.hasBack ? s.area : 0;
-      plane.front = s.front, plane.back = s.back;
-      if (!add(plane)) return;
-    }
-  } else {
-    for (uint32_t child = node.children; child < node.children + node.childCount; ++child) {
-      const Node& c = nodes_[child];
-      if (c.planeCount == 0) return;
-      for (uint32_t k = c.firstPlane; k < c.firstPlane + c.planeCount; ++k)
-        if (!add(planes_[k])) return;
-    }
-  }
-  for (uint8_t k = 0; k < count; ++k) {
-    const V3f slack(found[k].height + kSlack * node.radius);
-    found[k].reach = Box3f(found[k].box.min - slack, found[k].box.max + slack);
-  }
-  node.firstPlane = static_cast<uint32_t>(planes_.size()), node.planeCount = count;
-  planes_.insert(planes_.end(), found.begin(), found.begin() + count);
 }
 
 PointTree::Seen PointTree::look(uint32_t index, const V3f& direction) const {

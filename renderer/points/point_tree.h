@@ -18,11 +18,12 @@ struct Surfel {
   float area = 0;                     ///< of the piece, world units squared: what it covers from afar
   float radius = 0;                   ///< of a disc that covers the piece: what a ray meets from near
   Rgb front{0, 0, 0}, back{0, 0, 0};  ///< radiance that leaves
-  /// Half of the size of the piece's bounding box around P: nothing is met outside of it.
-  V3f extent{kInfinity, kInfinity, kInfinity};
-  V3f bound() const {
-    return {std::min(extent.x, radius), std::min(extent.y, radius), std::min(extent.z, radius)};
-  }
+  /// The piece is within a rectangle around P, too, one of whose sides is along U (unit, at right angles to
+  /// N).
+  V3f U{1, 0, 0};
+  float halfU = kInfinity, halfV = kInfinity;  ///< half of the sizes along U and along N x U
+  /// Half of the size of a box around the piece.
+  V3f bound() const;
   bool hasBack = true;  ///< false: nobody sees the back, as that of a closed surface; it covers nothing
 };
 
@@ -46,31 +47,41 @@ class PointTree {
     Rgb radiance{0, 0, 0};  ///< mean over that area
   };
   struct Node {
-    V3f center{0, 0, 0};  ///< of a sphere around all the discs
-    float radius = 0;
+    V3f center{0, 0, 0};            ///< of a box around all the pieces
+    V3f half{0, 0, 0};              ///< half of that box's size
+    float radius = 0;               ///< of a sphere around the center that holds them, too
     uint32_t first = 0, count = 0;  ///< surfels()
     uint32_t children = 0;          ///< the first of childCount in nodes(); 0: a leaf
     uint8_t childCount = 0;
     /// All that is in it lies about in one plane: a disc of the mean normal, in place of the harmonics, which
     /// would show it from its edge and from behind.
     bool isFlat = false;
-    /// All that is in it lies in so few planes that rays may be traced against them: a wall, or where walls
-    /// meet. planes() from `firstPlane` on; 0: it does not.
+    /// All that is in it lies in few planes: a wall, or where walls meet. planes() from `firstPlane` on; 0:
+    /// it does not.
     uint32_t firstPlane = 0;
     uint8_t planeCount = 0;
-    V3f N{0, 0, 1};                     ///< isFlat
+    bool isCovered = false;  ///< ... and they fill their planes, so that rays may be traced against those
+    V3f N{0, 0, 1};          ///< isFlat
     float frontArea = 0, backArea = 0;  ///< sums of areas, by sides that are seen
     Rgb front{0, 0, 0}, back{0, 0, 0};  ///< isFlat: mean radiance of each side
     bool isLeaf() const { return children == 0; }
   };
-  /// Surfels of a node that lie in one plane. It is met within a box around them: discs cover their pieces,
-  /// so that what is beside each other leaves no gap.
+  /// Surfels of a node that lie in one plane. It is met where both a box around them and a rectangle in the
+  /// plane are: as pieces cover their surface, what is beside each other leaves no gap.
   struct Plane {
-    V3f P{0, 0, 0}, N{0, 0, 1};
-    Box3f box, reach;  ///< around the pieces; and a little larger, in which rays meet the plane
+    V3f P{0, 0, 0}, N{0, 0, 1};  ///< the middle of the areas
+    V3f U{1, 0, 0}, V{0, 1, 0};  ///< unit: along the sides of the rectangle
+    V3f center{0, 0, 0};         ///< of the rectangle
+    float halfU = 0, halfV = 0;
+    Box3f box;
+    float slack = 0;  ///< by which rays may be outside of both, and still meet the plane
+    float piece = 0;  ///< size of the largest surfel
     float frontArea = 0, backArea = 0;
-    Rgb front{0, 0, 0}, back{0, 0, 0};  ///< mean radiance of each side
-    float spread = 0, height = 0;       ///< most angle between normals and N, distance from the plane
+    Rgb front{0, 0, 0}, back{0, 0, 0};  ///< mean radiance of each side: at P
+    /// How radiance changes along the plane, by channels: the linear function nearest to the surfels', made
+    /// flatter where it would be negative.
+    std::array<V3f, 3> frontSlope{V3f(0), V3f(0), V3f(0)}, backSlope = frontSlope;
+    float spread = 0, height = 0;  ///< most angle between normals and N, distance from the plane
   };
   const std::vector<Plane>& planes() const { return planes_; }
   static constexpr int kMostPlanes = 3;
@@ -97,6 +108,7 @@ class PointTree {
   void split(uint32_t node, const V3f& corner, float size, int depth);
   void summarize();
   void findPlanes(Node& node);
+  void fitSlopes(const Node& node, std::span<Plane> planes) const;
 
   std::vector<Surfel> surfels_;
   std::vector<Plane> planes_;

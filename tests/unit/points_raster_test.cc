@@ -91,6 +91,41 @@ TEST(PointRaster, AClosedBoxIsFullEverywhere) {
   }
 }
 
+TEST(PointRaster, AWallThatIsTurnedIsNoLarger) {
+  // What bounds it along the axes of the world would be twice as large.
+  for (const float angle : {0.3f, 0.785f}) {
+    const V3f u(2 * std::cos(angle), 2 * std::sin(angle), 0), v(-u.y, u.x, 0);
+    std::vector<Surfel> square;
+    addQuad(square, V3f(0, 0, 1) - (u + v) / 2, v, u, 64, Rgb(1));
+    const float root = std::sqrt(2.0f), F = 4 / root * std::atan(1 / root) / kPi;
+    for (const float most : {0.02f, 0.25f, 1.0f})
+      EXPECT_NEAR(mean(square, {0, 0, 0}, {0, 0, 1}, {16, most}).irradiance.x / kPi, F, 0.01f * F)
+          << angle << ' ' << most;
+  }
+}
+
+TEST(PointRaster, ATriangleOfPiecesIsNoRectangle) {
+  // Half of a square, along its diagonal: half of the square's form factor over the middle.
+  std::vector<Surfel> square, half;
+  addQuad(square, {-1, -1, 1}, {0, 2, 0}, {2, 0, 0}, 128, Rgb(1));
+  for (const Surfel& s : square)
+    if (s.P.x > s.P.y) half.push_back(s);
+  const float root = std::sqrt(2.0f), F = 4 / root * std::atan(1 / root) / kPi;
+  EXPECT_NEAR(mean(half, {0, 0, 0}, {0, 0, 1}, {16, 1}).irradiance.x / kPi, F / 2, 0.03f * F / 2);
+}
+
+TEST(PointRaster, RadianceIsLinearInAWall) {
+  // A wall beside the place that gets brighter upwards: its mean alone would be much too bright.
+  std::vector<Surfel> wall;
+  addQuad(wall, {0.5f, -4, 0}, {0, 0, 4}, {0, 8, 0}, 128, Rgb(1), Rgb(1));
+  for (Surfel& s : wall) s.front = s.back = Rgb(s.P.z, 4 - s.P.z, 0);
+  const auto at = [&](float most, int resolution) {
+    return mean(wall, {0, 0, 0}, {0, 0, 1}, {resolution, most}).irradiance;
+  };
+  const Rgb truth = at(1e-4f, 16), seen = at(1, 16);
+  for (int c = 0; c < 2; ++c) EXPECT_NEAR(seen[c], truth[c], 0.02f * truth[c]);
+}
+
 TEST(PointRaster, WhatIsNearHidesWhatIsFar) {
   // A black screen before a white wall, each of them by one square; and the other way about.
   for (const bool screenIsNear : {true, false}) {

@@ -18,6 +18,7 @@ inline void addQuad(std::vector<Surfel>& to, const V3f& corner, const V3f& u, co
   s.N = cross.normalized();
   s.area = cross.length() / (count * count);
   s.radius = std::max((u + v).length(), (u - v).length()) / count / 2;
+  s.U = u.normalized(), s.halfU = u.length() / count / 2, s.halfV = s.area / u.length() * count / 2;
   s.front = front, s.back = back;
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {

@@ -124,6 +124,8 @@ TEST(CommandLineOptions, WrongUsageIsStatusTwo) {
   EXPECT_THAT(refusal({"--frames", "5-2", "a.rib"}), HasSubstr("expected FIRST-LAST"));
   EXPECT_THAT(refusal({"--samples", "-1", "a.rib"}), HasSubstr("--samples"));
   EXPECT_THAT(refusal({"--seed", "-1", "a.rib"}), HasSubstr("--seed"));
+  EXPECT_THAT(refusal({"--points-resolution", "15", "a.rib"}), HasSubstr("expected an even number"));
+  EXPECT_THAT(refusal({"--points-bounces", "0", "a.rib"}), HasSubstr("--points-bounces"));
   EXPECT_THAT(refusal({"--no-such-thing", "a.rib"}), HasSubstr("--no-such-thing"));
 }
 
