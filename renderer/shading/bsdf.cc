@@ -10,10 +10,11 @@ namespace {
 
 constexpr float kSmoothAlpha =
     1e-3f;  // below, a lobe counts as a mirror: its density would exceed what floats hold
+constexpr float kMatchedIndex = 1e-4f;  // nearer to 1, a boundary bends no ray, however rough it is
 
 float ggxD(const V3f& h, float alpha) {
-  const float a2 = alpha * alpha, c2 = h.z * h.z;
-  const float d = c2 * (a2 - 1) + 1;  // = cos^2 (a2 + tan^2 ... ) / a2, written without the tangent
+  // As a sum of squares: 1 - h.z^2 would have lost the digits of a small alpha's narrow peak.
+  const float a2 = alpha * alpha, d = a2 * h.z * h.z + (h.x * h.x + h.y * h.y);
   return h.z > 0 ? a2 / (kPi * d * d) : 0;
 }
 float ggxLambda(const V3f& w, float alpha) {
@@ -50,7 +51,11 @@ bool refract(const V3f& w, const V3f& n, float eta, V3f& out) {  // w and n on t
   return true;
 }
 
-bool isDelta(const Lobe& lobe) { return lobe.type != PATINA_LOBE_RI_SPECULAR && lobe.alpha < kSmoothAlpha; }
+bool isDelta(const Lobe& lobe) {
+  return lobe.type != PATINA_LOBE_RI_SPECULAR &&
+         (lobe.alpha < kSmoothAlpha ||
+          (lobe.type == PATINA_LOBE_DIELECTRIC && std::abs(lobe.eta - 1) < kMatchedIndex));
+}
 
 /// Exponent of RI's specular(). RI 3.2 leaves it open; 8/roughness is what Aqsis and Pixie have, and pictures
 /// expect.
