@@ -60,6 +60,21 @@ class Rib:
              f'Polygon "P" [{fmt((x0, y, z0, x1, y, z0, x1, y, z1, x0, y, z1))}]', "AttributeEnd",
              f'Illuminate "l{self.lights}" 1')
 
+    def soft_box(self, place, at, width, height, radiance):
+        """A rectangle about `place` that lights what lies towards `at`; its width is level."""
+        d = [b - a for a, b in zip(place, at)]
+        size = math.sqrt(sum(c * c for c in d))
+        d = [c / size for c in d]
+        level = math.hypot(d[0], d[2])
+        u = (d[2] / level, 0, -d[0] / level)
+        v = (d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0])
+        corners = [[p + a * width / 2 * x + b * height / 2 * y for p, x, y in zip(place, u, v)]
+                   for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        self.lights += 1
+        self("AttributeBegin", 'Surface "matte" "float Kd" [0] "float Ka" [0]',
+             f'AreaLightSource "arealight" "l{self.lights}" "float intensity" [1] "color lightcolor" [{fmt(radiance)}]',
+             f'Polygon "P" [{fmt(c for p in corners for c in p)}]', "AttributeEnd", f'Illuminate "l{self.lights}" 1')
+
     def quad(self, a, b, c, d, repeat=(1, 1)):
         """s from a to b, t from d to a: the top row of a texture lies at t = 0."""
         s, t = repeat
