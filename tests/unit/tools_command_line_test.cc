@@ -136,7 +136,7 @@ TEST(CommandLineOptions, HelpAndVersionEndWell) {
     EXPECT_FALSE(parseCommandLine(Arguments{option}, status).has_value());
     EXPECT_EQ(status, 0);
     EXPECT_THAT(testing::internal::GetCapturedStdout(),
-                HasSubstr(option == std::string("--help") ? "--cache-memory" : "patina "));
+                HasSubstr(option == std::string("--help") ? "--cache-memory" : "\ncommit "));
   }
 }
 

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "renderer/scene/request_support.h"
+#include "tools/patina/version.h"
 
 namespace patina {
 namespace {
@@ -37,7 +38,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   CommandLine line;
   RenderSettings& render = line.render;
   CLI::App app("Patina renders RIB files with global illumination.", "patina");
-  app.set_version_flag("--version", "patina " PATINA_VERSION);
+  app.set_version_flag("--version", versionText());
   app.footer(
       "Exit status: 0 all is well, 1 rendered with errors or not at all, 2 wrong usage.\n"
       "Also understood: -Progress -progress -p, -t:N, -res X Y, -crop X0 X1 Y0 Y1, -frames A B, -silent;\n"
