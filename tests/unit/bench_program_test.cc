@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <sys/wait.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 
@@ -81,9 +82,38 @@ TEST_F(BenchProgram, MeasuresResumesAndCompares) {
   const auto sheet = readImage((folder_ / "out/ball.patina.png").string(), error);
   ASSERT_TRUE(sheet) << error;
   EXPECT_EQ(sheet->width, 2 * 20);
-  EXPECT_EQ(sheet->height, 5 * 20);
+  EXPECT_EQ(sheet->height, 5 * 20 + 3 * 22);  // and captions
   EXPECT_EQ(run("--compare out/results.json out/results.json"), 0);
   EXPECT_THAT(read("log"), HasSubstr("No difference."));
+}
+
+// A folder of scenes, and a time that is too short for most of it: the rest is told, and nothing has failed.
+TEST_F(BenchProgram, EndsInTime) {
+  std::filesystem::create_directories(folder_ / "set/one");
+  std::filesystem::copy_file(folder_ / "ball.rib", folder_ / "set/one/ball.rib");
+  write("set/one/bench.json", R"({"rib": "ball.rib"})");
+  write("settings.json", R"({"path": [{"name": "1", "args": ["--samples", "1"]},
+                                      {"name": "many", "args": ["--samples", "4194304"]},
+                                      {"name": "more", "args": ["--samples", "8388608"]}]})");
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(run("--settings settings.json --minutes 0.1 -o out set"), 0) << read("log");
+  // Six seconds, of which renders may not use all; machines that do other work too are given some more.
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+  const Results results = readResults(folder_ / "out/results.json");
+  ASSERT_EQ(results.runs.size(), 3u);
+  EXPECT_EQ(results.runs[0].failure, "");
+  EXPECT_THAT(results.runs[1].failure, HasSubstr("took more than"));
+  EXPECT_THAT(results.runs[2].failure, HasSubstr("not begun"));
+  EXPECT_TRUE(results.runs[1].outOfTime && results.runs[2].outOfTime);
+  const ReferenceInfo& reference = results.references.at("one");
+  EXPECT_GE(reference.samples, 16);
+  EXPECT_GE(reference.seeds, 4);
+  EXPECT_GT(reference.seconds, 0);
+  EXPECT_THAT(read("out/report.md"), HasSubstr("| path | more | not begun, no time left |"));
+  // What was measured stays with its reference when there is more time.
+  ASSERT_EQ(run("--settings settings.json --minutes 60 --only one/path/1 --resume -o out set"), 0)
+      << read("log");
+  EXPECT_TRUE(readResults(folder_ / "out/results.json").references.at("one").isSame(reference));
 }
 
 TEST_F(BenchProgram, TellsSettingsThatAgreeFromOthers) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Descriptions of scenes and settings, patterns, results and their comparison.
+// Descriptions of scenes and settings, patterns.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -8,8 +8,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tools/patina-bench/compare.h"
-#include "tools/patina-bench/report.h"
 #include "tools/patina-bench/scenes.h"
 
 namespace patina::bench {
@@ -17,7 +15,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Not;
 
 std::string problemOf(const std::function<void()>& action) {
   try {
@@ -45,6 +42,7 @@ TEST(BenchSettings, ComeInLadders) {
   EXPECT_GE(count["radiosity"], 3);
   EXPECT_GE(count["distribution"], 3);
   EXPECT_GE(count["path"], 4);
+  EXPECT_GE(count["points"], 3);
 }
 
 TEST(BenchSettings, AreReadAndChecked) {
@@ -115,6 +113,21 @@ TEST_F(BenchScene, IsMadeByAScript) {
   EXPECT_THAT(problemOf([&] { describe(R"({"make": "make.py"})"); }), HasSubstr("has not written scene.rib"));
 }
 
+TEST_F(BenchScene, AFolderOfFoldersIsASet) {
+  for (const char* name : {"b", "a/deep", "a"}) {
+    std::filesystem::create_directories(folder_ / "set" / name);
+    write(std::string("set/") + name + "/bench.json", "{}");
+  }
+  write("set/b/scene.rib", "");
+  const auto set = folder_ / "set";
+  EXPECT_THAT(findScenes(set), ElementsAre(set / "a", set / "a/deep", set / "b"));
+  EXPECT_THAT(findScenes(set / "b"), ElementsAre(set / "b"));
+  EXPECT_THAT(findScenes(folder_ / "scene.rib"), ElementsAre(folder_ / "scene.rib"));
+  EXPECT_THAT(findScenes("nowhere"), ElementsAre("nowhere"));  // loadScene() says what is wrong
+  std::filesystem::create_directory(folder_ / "empty");
+  EXPECT_THAT(problemOf([&] { findScenes(folder_ / "empty"); }), HasSubstr("has no bench.json"));
+}
+
 TEST_F(BenchScene, SaysWhatIsWrong) {
   EXPECT_THAT(problemOf([&] { describe("{"); }), HasSubstr("bench.json: "));
   EXPECT_THAT(problemOf([&] { describe("{}"); }), HasSubstr("expected either rib or make"));
@@ -130,98 +143,6 @@ TEST_F(BenchScene, SaysWhatIsWrong) {
   }
   EXPECT_THAT(problemOf([&] { describe(R"({"rib": "lost.rib"})"); }), HasSubstr("lost.rib cannot be read"));
   EXPECT_THAT(problemOf([&] { loadScene(folder_ / "nowhere", folder_); }), HasSubstr("does not exist"));
-}
-
-/// Repeats of one setting whose times are about `seconds`.
-Results measured(double seconds, double error = 1e-3, uint64_t picture = 1) {
-  Results results;
-  for (int repeat = 0; repeat < 5; ++repeat) {
-    Run run;
-    run.scene = "box", run.mode = "path", run.setting = "16", run.build = "patina";
-    run.repeat = repeat, run.seed = repeat + 1, run.args = {"--samples", "16"};
-    run.wallSeconds = run.cpuSeconds = seconds * (1 + 0.002 * repeat);
-    run.peakMb = 50, run.rays = 1000, run.shaderPoints = 500,
-    run.picture = picture + static_cast<uint64_t>(repeat);
-    run.errors.relMse = error * (1 + 0.01 * repeat);
-    run.errors.meanError = {0.01, 0.01, 0.01}, run.errors.meanReference = {1, 1, 1};
-    results.runs.push_back(run);
-  }
-  results.references["box"] = {"path", "box.exr", 4096, 4, 2e-4};
-  return results;
-}
-
-std::string comparison(const Results& a, const Results& b) {
-  return describeChanges(compareRuns(summarizeRuns(a), summarizeRuns(b)));
-}
-
-TEST_F(BenchScene, ResultsComeBackAsTheyWere) {
-  Results results = measured(2);
-  results.runs[1] = {};
-  results.runs[1].scene = "box", results.runs[1].failure = "ended by signal 9";
-  const auto file = folder_ / "results.json";
-  writeResults(file, results);
-  const Results again = readResults(file);
-  ASSERT_EQ(again.runs.size(), 5u);
-  for (size_t i = 0; i < 5; ++i) EXPECT_TRUE(again.runs[i].isSameWork(results.runs[i]));
-  EXPECT_EQ(again.runs[0].errors.relMse, results.runs[0].errors.relMse);
-  EXPECT_EQ(again.runs[0].errors.meanReference, results.runs[0].errors.meanReference);
-  EXPECT_EQ(again.runs[0].picture, results.runs[0].picture);
-  EXPECT_EQ(again.runs[1].failure, "ended by signal 9");
-  EXPECT_EQ(again.references.at("box").relMse, 2e-4);
-  auto other = results.runs[0];
-  other.sceneHash = 7;
-  EXPECT_FALSE(other.isSameWork(results.runs[0]));
-  write("results.json", R"({"version": 99})");
-  EXPECT_THAT(problemOf([&] { readResults(file); }), HasSubstr("expected version 1, not 99"));
-}
-
-TEST(BenchResults, TheReferencesNoiseIsTakenOff) {
-  const Results results = measured(2);
-  const std::vector<Point> points = summarizeRuns(results);
-  ASSERT_EQ(points.size(), 1u);
-  EXPECT_NEAR(points[0].relMse.mean, 1.02e-3 - 2e-4, 1e-12);
-  EXPECT_NEAR(points[0].meanError.mean, 0.01, 1e-12);
-  EXPECT_NEAR(points[0].wall.mean, 2 * 1.004, 1e-12);
-  EXPECT_NEAR(summarizeRuns(measured(2, 1e-6))[0].relMse.mean, 1e-5, 1e-12);  // never 0
-}
-
-TEST(BenchCompare, SaysNoDifferenceOrWhatChanged) {
-  EXPECT_THAT(comparison(measured(2), measured(2)), HasSubstr("No difference."));
-  EXPECT_THAT(comparison(measured(2), measured(2.001)), HasSubstr("No difference."));
-  const std::string slower = comparison(measured(2), measured(2.2));
-  EXPECT_THAT(slower, HasSubstr("Changed:"));
-  EXPECT_THAT(slower, HasSubstr("* box/path/16: wall s: 2.008 -> 2.209, ratio 1.1000 ± 0.0022"));
-  EXPECT_THAT(slower, Not(HasSubstr("* box/path/16: relMSE")));
-  const std::string other = comparison(measured(2), measured(2, 2e-3, 100));
-  EXPECT_THAT(other, HasSubstr("* box/path/16: picture: other bits"));
-  EXPECT_THAT(other, HasSubstr("* box/path/16: relMSE"));
-}
-
-TEST(BenchCompare, CountsAreComparedForEqualSeeds) {
-  Results more = measured(2);
-  for (auto& run : more.runs) run.rays = 1100;
-  EXPECT_THAT(comparison(measured(2), more), HasSubstr("* box/path/16: rays: 1000 -> 1100"));
-}
-
-TEST(BenchCompare, OneRepeatCannotBeJudged) {
-  Results one = measured(2), slow = measured(4);
-  one.runs.resize(1), slow.runs.resize(1);
-  EXPECT_THAT(comparison(one, slow), HasSubstr("could not be judged"));
-  EXPECT_THAT(comparison(one, Results{}), HasSubstr("Nothing to compare"));
-}
-
-TEST(BenchReport, HasTablesAndPlots) {
-  const Results results = measured(2);
-  const double targets[] = {1e-2, 4.1e-4, 1e-9};
-  const std::string text = markdownReport(results, targets);
-  EXPECT_THAT(text, HasSubstr("| box | patina | path | at most 2.01 | about 4.02 | not reached |"));
-  EXPECT_THAT(text, HasSubstr("(box.patina.svg)"));
-  const std::vector<Point> points = summarizeRuns(results);
-  const std::string svg = svgPlot("a < b", pointsOf(points, "box", "patina"));
-  EXPECT_THAT(svg, HasSubstr("a &lt; b"));
-  EXPECT_THAT(svg, HasSubstr(">path</text>"));
-  EXPECT_THAT(svg, HasSubstr("path 16: 2.01 s, relMSE 0.00082"));
-  EXPECT_THAT(svgPlot("nothing", {}), HasSubstr("nothing was measured"));
 }
 
 }  // namespace

@@ -76,6 +76,19 @@ TEST(BenchTests, WithoutVarianceMeansDifferOrNot) {
   EXPECT_EQ(welchTest(summarize(std::vector<double>{1}), summarize(two)).p, 1);  // nothing can be said
 }
 
+// Student's own example (1908): extra hours of sleep by one drug over another, t = 4.06, nine degrees of
+// freedom.
+TEST(BenchTests, StudentOnHisPairs) {
+  const std::vector<double> more = {1.2, 2.4, 1.3, 1.3, 0, 1.0, 1.8, 0.8, 4.6, 1.4};
+  const TTest test = studentTest(summarize(more));
+  EXPECT_NEAR(test.t, 4.06, 5e-3);
+  EXPECT_EQ(test.freedom, 9);
+  EXPECT_NEAR(test.p, 0.0028, 5e-5);
+  EXPECT_EQ(studentTest(summarize(std::vector<double>{1})).p, 1);
+  EXPECT_EQ(studentTest(summarize(std::vector<double>{0, 0})).p, 1);
+  EXPECT_EQ(studentTest(summarize(std::vector<double>{1, 1})).p, 0);
+}
+
 TEST(BenchTests, SidakHoldsTheWhole) {
   EXPECT_NEAR(1 - std::pow(1 - sidak(0.01, 768), 768), 0.01, 1e-12);
   EXPECT_EQ(sidak(0.01, 1), -std::expm1(std::log1p(-0.01)));

@@ -81,7 +81,7 @@ ChildUsage runChild(const std::vector<std::string>& command, const ChildSettings
   usage.cpuSeconds = seconds(costs.ru_utime) + seconds(costs.ru_stime);
   usage.peakMb = static_cast<double>(costs.ru_maxrss) / 1024;
   if (!ended) {
-    usage.failure = fmt::format("took more than {:g} s", settings.timeoutSeconds);
+    usage.failure = fmt::format("took more than {:.3g} s", settings.timeoutSeconds), usage.outOfTime = true;
   } else if (WIFSIGNALED(status)) {
     usage.failure = fmt::format("ended by signal {}", WTERMSIG(status));
   } else if (WEXITSTATUS(status) != 0) {

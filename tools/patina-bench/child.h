@@ -12,6 +12,7 @@ struct ChildUsage {
   double cpuSeconds = 0;   ///< user and system, all threads
   double peakMb = 0;       ///< resident at most; never less than what this process held when it began
   std::string failure;     ///< why it did not end with status 0; "" = it did
+  bool outOfTime = false;  ///< it was killed at its time limit
 };
 
 struct ChildSettings {

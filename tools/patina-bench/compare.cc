@@ -6,34 +6,68 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <stdexcept>
 
 namespace patina::bench {
 namespace {
 
+constexpr const char* kAllSettings = "all settings";
+
 using Value = double (*)(const Run&);
 struct Quantity {
   const char* name;
   Value value;
-  bool exact;  // equal seeds give equal values
+  enum Kind { Time, Memory, Exact, Error } kind;  // Exact: equal seeds give equal values
 };
 constexpr Quantity kQuantities[] = {
-    {"wall s", [](const Run& r) { return r.wallSeconds; }, false},
-    {"CPU s", [](const Run& r) { return r.cpuSeconds; }, false},
-    {"peak MB", [](const Run& r) { return r.peakMb; }, false},
-    {"rays", [](const Run& r) { return r.rays; }, true},
-    {"shader points", [](const Run& r) { return r.shaderPoints; }, true},
-    {"relMSE", [](const Run& r) { return r.errors.relMse; }, false},
+    {"wall s", [](const Run& r) { return r.wallSeconds; }, Quantity::Time},
+    {"CPU s", [](const Run& r) { return r.cpuSeconds; }, Quantity::Time},
+    {"peak MB", [](const Run& r) { return r.peakMb; }, Quantity::Memory},
+    {"rays", [](const Run& r) { return r.rays; }, Quantity::Exact},
+    {"shader points", [](const Run& r) { return r.shaderPoints; }, Quantity::Exact},
+    {"relMSE", [](const Run& r) { return r.errors.relMse; }, Quantity::Error},
 };
-// Threads may make an entry of the cache twice: counts agree to within this part.
-constexpr double kCountTolerance = 1e-3;
+using Logarithms = std::map<int, double>;  // by seed
 
-std::vector<double> logarithms(const Point& point, Value value) {
-  std::vector<double> logs;
+Logarithms logarithms(const Point& point, Value value) {
+  Logarithms logs;
   for (const Run* run : point.runs)
-    if (value(*run) > 0) logs.push_back(std::log(value(*run)));
+    if (value(*run) > 0) logs[run->seed] = std::log(value(*run));
   return logs;
+}
+
+Summary summarizeLogs(const Logarithms& logs) {
+  std::vector<double> values;
+  for (const auto& [seed, value] : logs) values.push_back(value);
+  return summarize(values);
+}
+
+bool haveEqualSeeds(const Logarithms& a, const Logarithms& b) {
+  return std::ranges::equal(
+      a, b, {}, [](const auto& e) { return e.first; }, [](const auto& e) { return e.first; });
+}
+
+Logarithms differences(const Logarithms& before, const Logarithms& after) {
+  Logarithms result;
+  for (const auto& [seed, value] : before) result[seed] = after.at(seed) - value;
+  return result;
+}
+
+// Sets ratio, its error and whether it is judged; returns the chance of such a ratio.
+double test(const Logarithms& before, const Logarithms& after, Change& change) {
+  const Summary a = summarizeLogs(before), b = summarizeLogs(after);
+  change.before = std::exp(a.mean), change.after = std::exp(b.mean);
+  change.ratio = std::exp(b.mean - a.mean);
+  change.judged = a.count > 1 && b.count > 1;
+  if (haveEqualSeeds(before, after)) {
+    const Summary pairs = summarizeLogs(differences(before, after));
+    change.ratioError = change.ratio * pairs.standardError();
+    return studentTest(pairs).p;
+  }
+  change.ratioError = change.ratio * std::hypot(a.standardError(), b.standardError());
+  return welchTest(a, b).p;
 }
 
 // Whether the pictures of equal seeds have the same bits; nothing is known without such.
@@ -46,12 +80,25 @@ std::optional<bool> samePictures(const Point& before, const Point& after) {
   return same;
 }
 
+// Of the seeds that all settings have.
+Summary meanOver(const std::vector<Logarithms>& settings) {
+  std::vector<double> means;
+  for (const auto& [seed, first] : settings[0]) {
+    double sum = 0;
+    size_t count = 0;
+    for (const Logarithms& one : settings)
+      if (const auto found = one.find(seed); found != one.end()) sum += found->second, ++count;
+    if (count == settings.size()) means.push_back(sum / static_cast<double>(count));
+  }
+  return summarize(means);
+}
+
 }  // namespace
 
 std::vector<Change> compareRuns(std::span<const Point> before, std::span<const Point> after) {
   std::vector<Change> changes;
-  std::vector<double> chances;  // of each change that is tested, else 1
   size_t tests = 0;
+  std::map<std::string, std::vector<Logarithms>> times;  // differences of all settings, by quantity
   for (const Point& old : before) {
     const auto found = std::ranges::find_if(after, [&](const Point& p) {
       return p.scene == old.scene && p.mode == old.mode && p.setting == old.setting;
@@ -59,44 +106,51 @@ std::vector<Change> compareRuns(std::span<const Point> before, std::span<const P
     if (found == after.end() || old.runs.empty() || found->runs.empty()) continue;
     const std::optional<bool> same = samePictures(old, *found);
     for (const Quantity& q : kQuantities) {
-      const std::vector<double> a = logarithms(old, q.value), b = logarithms(*found, q.value);
+      const Logarithms a = logarithms(old, q.value), b = logarithms(*found, q.value);
       if (a.empty() || b.empty()) continue;
-      const Summary sa = summarize(a), sb = summarize(b);
-      Change change{old.scene,         old.mode, old.setting, q.name, std::exp(sa.mean),
-                    std::exp(sb.mean), 1,        0,           false,  false};
-      change.ratio = std::exp(sb.mean - sa.mean);
-      change.ratioError = change.ratio * std::hypot(sa.standardError(), sb.standardError());
-      double chance = 1;
-      if (q.exact) {
+      Change change{old.scene, old.mode, old.setting, q.name};
+      change.chance = test(a, b, change);
+      if (q.kind == Quantity::Exact) {
         // Other scenes or seeds need not have the same counts.
         change.judged = same.has_value();
-        change.changed = change.judged && std::abs(change.ratio - 1) > kCountTolerance;
-      } else if (same == true && std::string_view(q.name) == "relMSE") {
-        change.judged = true;
-      } else if (a.size() > 1 && b.size() > 1) {
-        change.judged = true;
-        chance = welchTest(sa, sb).p;
+        change.changed = change.judged && std::abs(change.ratio - 1) > kTolerance;
+        change.chance = 1;
+      } else if (q.kind == Quantity::Error && same == true) {
+        change.judged = true, change.chance = 1;
+      } else if (change.judged) {
         ++tests;
       }
-      changes.push_back(change), chances.push_back(chance);
+      if (q.kind == Quantity::Time && haveEqualSeeds(a, b)) times[q.name].push_back(differences(a, b));
+      changes.push_back(change);
     }
     if (same) {
       changes.push_back({old.scene, old.mode, old.setting, "picture", 0, 0, 1, 0, true, !*same});
-      chances.push_back(1);
     }
   }
+  for (const auto& [name, settings] : times) {
+    const Summary pairs = meanOver(settings);
+    if (settings.size() < 2 || pairs.count < 2) continue;
+    const double ratio = std::exp(pairs.mean);
+    changes.push_back({kAllSettings, "", "", name, 1, ratio, ratio, ratio * pairs.standardError(), true,
+                       false, studentTest(pairs).p});
+    ++tests;
+  }
   const double threshold = sidak(kSignificance, tests);
-  for (size_t i = 0; i < changes.size(); ++i)
-    if (chances[i] < threshold) changes[i].changed = true;
+  for (Change& c : changes)
+    if (c.chance < threshold && std::abs(c.ratio - 1) > kTolerance) c.changed = true;
   return changes;
 }
 
 std::string describeChanges(std::span<const Change> changes) {
   if (changes.empty()) return "Nothing to compare: no setting of a scene was measured in both.\n";
-  const auto name = [](const Change& c) { return fmt::format("{}/{}/{}", c.scene, c.mode, c.setting); };
+  const auto name = [](const Change& c) {
+    return c.mode.empty() ? c.scene : fmt::format("{}/{}/{}", c.scene, c.mode, c.setting);
+  };
   const auto value = [](const Change& c) {
     if (c.quantity == "picture") return std::string(c.changed ? "other bits" : "the same bits");
-    return fmt::format("{:.4g} -> {:.4g}, ratio {:.4f} ± {:.4f}", c.before, c.after, c.ratio, c.ratioError);
+    std::string text = c.mode.empty() ? "" : fmt::format("{:.4g} -> {:.4g}, ", c.before, c.after);
+    text += fmt::format("ratio {:.4f} ± {:.4f}", c.ratio, c.ratioError);
+    return c.chance < 1 ? text + fmt::format(", p {:.2g}", c.chance) : text;
   };
   std::string text;
   size_t unjudged = 0;

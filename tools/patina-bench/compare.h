@@ -7,6 +7,8 @@
 namespace patina::bench {
 
 inline constexpr double kSignificance = 0.01;  ///< of all tests of a comparison together
+/// Ratios that nobody minds. Threads may make an entry of the cache twice, too: counts agree to within it.
+inline constexpr double kTolerance = 1e-3;
 
 /// One quantity of one setting, old against new.
 struct Change {
@@ -15,10 +17,15 @@ struct Change {
   double ratio = 1, ratioError = 0;  ///< after / before and its standard error, of repeats
   bool judged = false;               ///< both have repeats, or no noise to speak of
   bool changed = false;
+  double chance = 1;  ///< of such a ratio if nothing had changed; 1 where nothing is left to chance
 };
-/// Compares wall and CPU time, memory and relMSE of what both have by Welch's test of their logarithms over
-/// repeats, at kSignificance over all (Sidak); rays, shader points and pictures by their values, as equal
-/// seeds give equal ones. Those of one build each.
+/// Compares wall and CPU time, memory and relMSE of what both have by their logarithms over repeats, at
+/// kSignificance over all (Sidak). When both have the same seeds, by Student's test of the differences of the
+/// pairs: neither the noise of a seed nor, if they were measured by turns, what disturbed the machine
+/// meanwhile counts then; else by Welch's test. Times are also compared for all settings together, whose
+/// chances are better: by the mean over settings of each repeat. Rays, shader points and pictures are
+/// compared by their values, as equal seeds give equal ones. Ratios within kTolerance of 1 are no change.
+/// Those of one build each.
 std::vector<Change> compareRuns(std::span<const Point> before, std::span<const Point> after);
 /// As Markdown: what has changed by more than chance, or that nothing did; then all ratios.
 std::string describeChanges(std::span<const Change> changes);

@@ -16,7 +16,8 @@ int main(int argc, char** argv) {
   int seeds = 16, block = 16;
   CLI::App app("Measures modes and settings of patina over scenes: time against error.", "patina-bench");
   app.footer(
-      "A scene is a folder with bench.json, or a RIB (tests/bench/README.md). Patterns are "
+      "A scene is a folder with bench.json, a folder of such folders, or a RIB (tests/bench/README.md). "
+      "Patterns are "
       "scene/mode/setting,\n"
       "with * and ?; what is missing at the end stands for all.\n"
       "Exit status: 0 all is well, 1 a render failed, something differs or nothing could be done, 2 wrong "
@@ -36,6 +37,12 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   app.add_option("--timeout", options.timeoutSeconds, "Seconds after which a render is given up; 0 = never")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--minutes", options.minutes,
+                 "Time for all: shared among scenes, references and modes, slow settings are left out; 0 = "
+                 "as long as "
+                 "it takes")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6));
   app.add_flag("--resume", options.resume, "Keep what results.json holds and measure the rest");
@@ -70,6 +77,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {
+    options.command = commandLine(argc, argv);
     options.output = output, options.reference.cache = cache.empty() ? "" : std::filesystem::absolute(cache);
     if (!compared[0].empty()) return compareFiles(compared[0], compared[1]);
     if (!agreeing[0].empty()) return testAgreement(options, agreeing[0], agreeing[1], seeds, block);

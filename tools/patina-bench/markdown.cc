@@ -21,6 +21,27 @@ std::string withError(const Summary& s, double scale = 1) {
   return fmt::format("{} ± {:.2g}", number(s.mean * scale), s.standardError() * std::abs(scale));
 }
 
+// What a reader needs to judge the numbers. Results of before there was such a record have none.
+void addEnvironment(std::string& text, const Results& results) {
+  const Environment& e = results.environment;
+  if (e.command.empty() && e.cpu.empty()) return;
+  int repeats = 0;
+  for (const Run& run : results.runs) repeats = std::max(repeats, run.repeat + 1);
+  text += "| | |\n| --- | --- |\n";
+  const auto row = [&](const std::string& name, const std::string& value) {
+    if (!value.empty()) text += fmt::format("| {} | {} |\n", name, value);
+  };
+  row("command", "`" + e.command + "`");
+  for (const auto& [name, version] : e.builds) row("build " + name, version);
+  row("CPU", fmt::format("{}, {} processors used", e.cpu, e.processors));
+  row("memory", fmt::format("{:.3g} GB", e.memoryGb));
+  row("system", e.system);
+  row("date", e.date);
+  row("load before", fmt::format("{:.2g} (0 = idle; others' work makes wall times longer)", e.load));
+  row("repeats", fmt::format("{}{}", repeats, repeats > 1 ? "; ± is the standard error over them" : ""));
+  text += "\n";
+}
+
 std::string secondsText(const std::vector<CurvePoint>& curve, double error) {
   const std::optional<EqualError> found = secondsAtError(curve, error);
   if (!found) return "not reached";
@@ -56,9 +77,9 @@ void addScene(std::string& text, const Results& results, std::span<const Point> 
   if (const auto found = results.references.find(scene); found != results.references.end()) {
     const ReferenceInfo& r = found->second;
     if (r.kind == "path") {
-      text +=
-          fmt::format("Reference: path mode, {} pictures of {} samples per pixel; its own noise is relMSE {}",
-                      r.seeds, r.samples, number(r.relMse));
+      text += fmt::format(
+          "Reference: path mode, {} pictures of {} samples per pixel{}; its own noise is relMSE {}", r.seeds,
+          r.samples, r.seconds > 0 ? fmt::format(" ({:.0f} s)", r.seconds) : "", number(r.relMse));
     } else {
       text += fmt::format("Reference: {}; its own noise is relMSE {}", r.file, number(r.relMse));
     }
@@ -67,24 +88,21 @@ void addScene(std::string& text, const Results& results, std::span<const Point> 
   text +=
       "| mode | setting | wall s | CPU s | rays | shader points | peak MB | relMSE | 99th percentile | mean "
       "error % |\n"
-      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
-  for (const Point* p : own) {
-    if (p->runs.empty()) continue;
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {:.0f} | {} | {} | {} |\n", p->mode, p->setting,
-                        withError(p->wall), withError(p->cpu), count(p->rays.mean),
-                        count(p->shaderPoints.mean), p->peakMb.mean, withError(p->relMse),
-                        number(p->percentile99.mean), withError(p->meanError, 100));
-  }
-  text += fmt::format("\n![relMSE over seconds]({})\n\n![pictures and errors]({})\n\n",
+      "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+  for (const std::string& mode : namesOf(points, &Point::mode))
+    for (const Point* p : own) {
+      if (p->mode != mode) continue;
+      text += fmt::format("| {} | {} | ", p->mode, p->setting);
+      if (p->runs.empty()) {
+        text += fmt::format("{} | | | | | | | |\n", p->failure);
+        continue;
+      }
+      text += fmt::format("{} | {} | {} | {} | {:.0f} | {} | {} | {} |\n", withError(p->wall),
+                          withError(p->cpu), count(p->rays.mean), count(p->shaderPoints.mean), p->peakMb.mean,
+                          withError(p->relMse), number(p->percentile99.mean), withError(p->meanError, 100));
+    }
+  text += fmt::format("\n![relMSE over seconds]({})\n\n![pictures, and their errors below]({})\n",
                       plotFile(scene, build), sheetFile(scene, build));
-  text += "The pictures: the reference, then for each mode its settings from left to right, errors below.";
-  for (const std::string& mode : namesOf(points, &Point::mode)) {
-    std::string names;
-    for (const Point* p : own)
-      if (p->mode == mode) names += (names.empty() ? "" : ", ") + p->setting;
-    if (!names.empty()) text += fmt::format(" {}: {}.", mode, names);
-  }
-  text += "\n";
 }
 
 }  // namespace
@@ -104,7 +122,9 @@ std::string sheetFile(const std::string& scene, const std::string& build) {
 std::string markdownReport(const Results& results, std::span<const double> targets) {
   const std::vector<Point> points = summarizeRuns(results);
   std::string text = "# Time against error\n\n";
+  addEnvironment(text, results);
   text +=
+      "## Wall seconds at equal error\n\n"
       "Wall seconds at equal relMSE = mean((x - r)^2 / (r^2 + 0.01)), by the best settings of each mode: "
       "interpolated between settings; \"about\": extrapolated beyond the best; \"at most\": the quickest is "
       "better already.\n\n";
@@ -114,7 +134,7 @@ std::string markdownReport(const Results& results, std::span<const double> targe
       addScene(text, results, points, scene, build);
   std::string failures;
   for (const Run& run : results.runs)
-    if (!run.failure.empty())
+    if (!run.failure.empty() && !run.outOfTime)
       failures +=
           fmt::format("* {}/{}/{}, {}: {}\n", run.scene, run.mode, run.setting, run.build, run.failure);
   if (!failures.empty()) text += "\n## Failed\n\n" + failures;

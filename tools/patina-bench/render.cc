@@ -18,9 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Seeds of references are far from those of what is measured, which begin at 1.
-constexpr int kFirstReferenceSeed = 1'000'000;
-
 // Sum of all numbers of a tree of statistics, or of those of one name.
 double sumOf(const json& tree, std::string_view name = {}) {
   double sum = 0;
@@ -34,19 +31,18 @@ double sumOf(const json& tree, std::string_view name = {}) {
   return sum;
 }
 
-// File names hold what is safe in them.
-std::string safe(std::string text) {
-  for (char& c : text)
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-' && c != '_') c = '_';
-  return text;
-}
-
 uint64_t hashOfPixels(const ImageData& picture) {
   return hashBytes(
       {reinterpret_cast<const char*>(picture.pixels.data()), picture.pixels.size() * sizeof(float)});
 }
 
 }  // namespace
+
+std::string safe(std::string text) {
+  for (char& c : text)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-' && c != '_') c = '_';
+  return text;
+}
 
 Build findBuild(const std::string& text) {
   const size_t equals = text.find('=');
@@ -96,7 +92,7 @@ ImageData render(const Build& build, const Scene& scene, const RenderOptions& op
   const ChildUsage usage =
       runChild(command, {scene.rib.parent_path().string(), base.string() + ".log", options.timeoutSeconds});
   run.wallSeconds = usage.wallSeconds, run.cpuSeconds = usage.cpuSeconds, run.peakMb = usage.peakMb;
-  run.failure = usage.failure;
+  run.failure = usage.failure, run.outOfTime = usage.outOfTime;
   if (!run.failure.empty()) return {};
   try {
     const json tree = json::parse(readFile(statistics));
@@ -109,69 +105,6 @@ ImageData render(const Build& build, const Scene& scene, const RenderOptions& op
     run.failure = problem.what();
     return {};
   }
-}
-
-Reference averageOf(std::span<const ImageData> pictures) {
-  Reference r;
-  r.picture = pictures[0];
-  r.info.seeds = static_cast<int>(pictures.size());
-  const auto n = static_cast<double>(pictures.size());
-  const size_t values = r.picture.pixels.size();
-  for (const ImageData& p : pictures)
-    if (p.pixels.size() != values) throw std::runtime_error("pictures of a reference differ in size");
-  for (size_t i = 0; i < values; ++i) {
-    double mean = 0, squares = 0;
-    for (const ImageData& p : pictures) mean += static_cast<double>(p.pixels[i]) / n;
-    for (const ImageData& p : pictures) squares += std::pow(static_cast<double>(p.pixels[i]) - mean, 2);
-    r.picture.pixels[i] = static_cast<float>(mean);
-    if (n > 1) r.info.relMse += squares / (n - 1) / n * relMseWeight(mean) / static_cast<double>(values);
-  }
-  return r;
-}
-
-Reference findReference(const Build& build, const Scene& scene, const RenderOptions& options,
-                        const ReferenceOptions& wanted) {
-  if (!scene.reference.empty())
-    return {{"given", scene.reference.string(), 0, 0, scene.referenceRelMse}, loadPicture(scene.reference)};
-  fs::create_directories(wanted.cache);
-  const uint64_t key = hashBytes(fmt::format("{} {}", wanted.samples, wanted.seeds), scene.hash);
-  const fs::path file = wanted.cache / fmt::format("{}-{:016x}.exr", safe(scene.name), key);
-  fs::path numbers = file;
-  numbers.replace_extension(".json");
-  const ReferenceInfo info{"path", file.string(), wanted.samples, wanted.seeds, 0};
-  if (fs::exists(file) && fs::exists(numbers)) {
-    Reference kept{info, loadPicture(file)};
-    try {
-      kept.info.relMse = json::parse(readFile(numbers)).at("relMse");
-    } catch (const json::exception& problem) {
-      throw std::runtime_error(numbers.string() + ": " + problem.what());
-    }
-    return kept;
-  }
-  std::vector<ImageData> pictures;
-  for (int k = 0; k < wanted.seeds; ++k) {
-    Run run;
-    run.scene = scene.name, run.mode = "path", run.setting = "reference", run.build = build.name;
-    run.repeat = k, run.seed = kFirstReferenceSeed + k, run.threads = options.threads;
-    run.args = scene.args;
-    run.args.insert(run.args.end(), {"--samples", std::to_string(wanted.samples)});
-    RenderOptions unhurried = options;
-    unhurried.timeoutSeconds = 0;
-    pictures.push_back(render(build, scene, unhurried, run));
-    if (!run.failure.empty())
-      throw std::runtime_error(fmt::format("reference of {}: {}", scene.name, run.failure));
-    fs::remove(pictureOf(run, options.folder));
-  }
-  Reference made = averageOf(pictures);
-  const double relMse = made.info.relMse;
-  made.info = info, made.info.relMse = relMse;
-  ExrSettings exr;
-  exr.fullWidth = made.picture.width, exr.fullHeight = made.picture.height;
-  if (const std::string problem = writeExr(file.string(), made.picture, exr); !problem.empty())
-    throw std::runtime_error(problem);
-  writeText(numbers,
-            json{{"relMse", relMse}, {"samples", wanted.samples}, {"seeds", wanted.seeds}}.dump(1) + "\n");
-  return made;
 }
 
 }  // namespace patina::bench

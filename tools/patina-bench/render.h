@@ -29,6 +29,8 @@ struct RenderOptions {
 /// Renders once. Cost, rays and shader points are set in the run, errors are not; a failure is told there.
 /// Returns the picture's pixels; empty after a failure.
 ImageData render(const Build& build, const Scene& scene, const RenderOptions& options, Run& run);
+/// With other characters than letters, digits and "._-" replaced: part of a file's name.
+std::string safe(std::string text);
 /// The EXR that render() writes for a run.
 std::filesystem::path pictureOf(const Run& run, const std::filesystem::path& folder);
 
@@ -37,9 +39,11 @@ struct Reference {
   ImageData picture;
 };
 struct ReferenceOptions {
-  std::filesystem::path cache;  ///< folder where references are kept, by the hash of scene and numbers
+  std::filesystem::path cache;  ///< folder where references are kept, by the hash of the scene
   int samples = 4096;           ///< per pixel and picture
   int seeds = 4;                ///< pictures; 2 at least, as their spread says how exact the mean is
+  double seconds = 0;  ///< for all of it; 0 = as long as it takes. Fewer samples, or more pictures, to fit
+  bool keep = false;   ///< of those made in limited time any one will do that is kept
 };
 /// The scene's given reference, or the mean of pictures of path mode. Throws std::runtime_error with the
 /// reason.

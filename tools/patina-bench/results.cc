@@ -32,6 +32,7 @@ json toJson(const Run& r) {
             {"buildHash", hex(r.buildHash)}};
   if (!r.failure.empty()) {
     j["failure"] = r.failure;
+    if (r.outOfTime) j["outOfTime"] = true;
     return j;
   }
   j.update({{"wallSeconds", r.wallSeconds},
@@ -47,13 +48,28 @@ json toJson(const Run& r) {
   return j;
 }
 
+json toJson(const Environment& e) {
+  return {{"cpu", e.cpu},         {"processors", e.processors}, {"memoryGb", e.memoryGb},
+          {"load", e.load},       {"system", e.system},         {"date", e.date},
+          {"command", e.command}, {"builds", e.builds}};
+}
+
+Environment environmentFrom(const json& j) {
+  Environment e;
+  e.cpu = j.at("cpu"), e.processors = j.at("processors"), e.memoryGb = j.at("memoryGb"),
+  e.load = j.at("load");
+  e.system = j.at("system"), e.date = j.at("date"), e.command = j.at("command");
+  e.builds = j.at("builds").get<std::map<std::string, std::string>>();
+  return e;
+}
+
 Run runFrom(const json& j) {
   Run r;
   r.scene = j.at("scene"), r.mode = j.at("mode"), r.setting = j.at("setting"), r.build = j.at("build");
   r.args = j.at("args").get<std::vector<std::string>>();
   r.repeat = j.at("repeat"), r.seed = j.at("seed"), r.threads = j.at("threads");
   r.sceneHash = fromHex(j.at("sceneHash")), r.buildHash = fromHex(j.at("buildHash"));
-  r.failure = j.value("failure", "");
+  r.failure = j.value("failure", ""), r.outOfTime = j.value("outOfTime", false);
   if (!r.failure.empty()) return r;
   r.wallSeconds = j.at("wallSeconds"), r.cpuSeconds = j.at("cpuSeconds"), r.peakMb = j.at("peakMb");
   r.rays = j.at("rays"), r.shaderPoints = j.at("shaderPoints");
@@ -64,6 +80,12 @@ Run runFrom(const json& j) {
 }
 
 }  // namespace
+
+bool ReferenceInfo::isSame(const ReferenceInfo& o) const {
+  const auto name = [](const std::string& path) { return std::filesystem::path(path).filename(); };
+  return kind == o.kind && name(file) == name(o.file) && samples == o.samples && seeds == o.seeds &&
+         relMse == o.relMse;
+}
 
 bool Run::isSameWork(const Run& o) const {
   return scene == o.scene && mode == o.mode && setting == o.setting && build == o.build && args == o.args &&
@@ -79,8 +101,9 @@ Results readResults(const std::filesystem::path& path) {
     Results results;
     for (const json& run : j.at("runs")) results.runs.push_back(runFrom(run));
     for (const auto& [scene, r] : j.at("references").items())
-      results.references[scene] = {r.at("kind"), r.at("file"), r.at("samples"), r.at("seeds"),
-                                   r.at("relMse")};
+      results.references[scene] = {r.at("kind"),  r.at("file"),   r.at("samples"),
+                                   r.at("seeds"), r.at("relMse"), r.value("seconds", 0.0)};
+    if (j.contains("environment")) results.environment = environmentFrom(j["environment"]);
     return results;
   } catch (const std::exception& problem) {
     throw std::runtime_error(fmt::format("{} holds no results: {}", path.string(), problem.what()));
@@ -88,11 +111,14 @@ Results readResults(const std::filesystem::path& path) {
 }
 
 void writeResults(const std::filesystem::path& path, const Results& results) {
-  json j = {{"version", kVersion}, {"runs", json::array()}, {"references", json::object()}};
+  json j = {{"version", kVersion},
+            {"environment", toJson(results.environment)},
+            {"runs", json::array()},
+            {"references", json::object()}};
   for (const Run& run : results.runs) j["runs"].push_back(toJson(run));
   for (const auto& [scene, r] : results.references) {
-    j["references"][scene] = {
-        {"kind", r.kind}, {"file", r.file}, {"samples", r.samples}, {"seeds", r.seeds}, {"relMse", r.relMse}};
+    j["references"][scene] = {{"kind", r.kind},   {"file", r.file},     {"samples", r.samples},
+                              {"seeds", r.seeds}, {"relMse", r.relMse}, {"seconds", r.seconds}};
   }
   writeText(path, j.dump(1) + "\n");
 }
@@ -108,7 +134,11 @@ std::vector<Point> summarizeRuns(const Results& results) {
       point.scene = run.scene, point.mode = run.mode, point.setting = run.setting, point.build = run.build;
       found = points.insert(points.end(), std::move(point));
     }
-    if (run.failure.empty()) found->runs.push_back(&run);
+    if (run.failure.empty()) {
+      found->runs.push_back(&run);
+    } else if (found->failure.empty()) {
+      found->failure = run.failure;
+    }
   }
   for (Point& point : points) {
     const auto over = [&](auto value) {

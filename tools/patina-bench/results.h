@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/patina-bench/environment.h"
 #include "tools/patina-bench/statistics.h"
 
 namespace patina::bench {
@@ -21,6 +22,7 @@ struct Run {
   int repeat = 0, seed = 0, threads = 0;    ///< 0 threads = one per processor
   uint64_t sceneHash = 0, buildHash = 0;    ///< see Scene; of the program's file
   std::string failure;                      ///< why there is no picture; what follows is 0 then
+  bool outOfTime = false;  ///< the failure is that there was no more time: nothing is wrong with the run
   double wallSeconds = 0, cpuSeconds = 0, peakMb = 0;
   double rays = 0, shaderPoints = 0;  ///< of all kinds; points that entry points of shaders were run for
   ImageErrors errors;
@@ -36,9 +38,14 @@ struct ReferenceInfo {
   std::string file;            ///< EXR
   int samples = 0, seeds = 0;  ///< per pixel and picture; pictures
   double relMse = 0;           ///< share of relMSE of its own noise
+  double seconds = 0;          ///< wall time that it took, if that was limited
+
+  /// Whether errors against both can be compared; folders may differ.
+  bool isSame(const ReferenceInfo& other) const;
 };
 
 struct Results {
+  Environment environment;  ///< of the last call that measured something
   std::vector<Run> runs;
   std::map<std::string, ReferenceInfo> references;  ///< by scene
 };
@@ -51,6 +58,7 @@ void writeResults(const std::filesystem::path& path, const Results& results);
 struct Point {
   std::string scene, mode, setting, build;
   std::vector<const Run*> runs;  ///< without those that failed
+  std::string failure;           ///< of the first that did
   Summary wall, cpu, peakMb, rays, shaderPoints;
   Summary relMse;  ///< the reference's share taken off, but kept above 0
   Summary percentile99;

@@ -86,7 +86,16 @@ std::vector<Setting> defaultSettings() {
       {"radiosity", "best", {"--samples", "64", "--rays", "2048", "--light-samples", "64"}},
       {"distribution", "4", {"--samples", "4", "--rays", "4", "--light-samples", "1"}},
       {"distribution", "16", {"--samples", "4", "--rays", "16", "--light-samples", "4"}},
-      {"distribution", "64", {"--samples", "8", "--rays", "64", "--light-samples", "8"}}};
+      {"distribution", "64", {"--samples", "8", "--rays", "64", "--light-samples", "8"}},
+      {"points",
+       "quick",
+       {"--samples", "4", "--light-samples", "4", "--points-maxsolidangle", "0.15", "--points-resolution",
+        "8"}},
+      {"points", "default", {}},
+      {"points",
+       "high",
+       {"--light-samples", "32", "--points-maxsolidangle", "0.02", "--points-resolution", "32",
+        "--points-bounces", "8", "--points-memory", "1024"}}};
   for (int samples = 4; samples <= 1024; samples *= 4) {
     const std::string text = std::to_string(samples);
     all.push_back({"path", text, {"--samples", text}});
@@ -165,6 +174,17 @@ Scene loadScene(const fs::path& path, const fs::path& work) {
   }
   scene.hash = hashOfScene(scene, true);
   return scene;
+}
+
+std::vector<fs::path> findScenes(const fs::path& path) {
+  if (!fs::is_directory(path) || fs::exists(path / "bench.json")) return {path};
+  std::vector<fs::path> found;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file() && entry.path().filename() == "bench.json")
+      found.push_back(entry.path().parent_path());
+  if (found.empty()) throw std::runtime_error(path.string() + " has no bench.json in it or below it");
+  std::ranges::sort(found);
+  return found;
 }
 
 bool isWanted(const std::vector<std::string>& patterns, const std::string& scene, const Setting& setting) {

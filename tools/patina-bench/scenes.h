@@ -17,7 +17,7 @@ struct Setting {
   std::vector<std::string> args;  ///< for patina, beside --mode
 };
 
-/// The built-in qualities: radiosity and distribution from quick to best, path at 4^k samples.
+/// The built-in qualities of each mode, from quick to best; path at 4^k samples.
 std::vector<Setting> defaultSettings();
 /// From {"radiosity": [{"name": "default"}, {"name": "high", "args": ["--rays", "512"]}], ...}. Throws
 /// std::runtime_error for anything else; `where` begins its text.
@@ -43,6 +43,10 @@ struct Scene {
 ///   why        for people
 /// What scripts write goes to `work`/<name>. Throws std::runtime_error with the reason.
 Scene loadScene(const std::filesystem::path& path, const std::filesystem::path& work);
+
+/// What loadScene() takes, of a folder without a description: those of its sub-folders, at any depth, that
+/// have one, by name. Anything else stands for itself. Throws std::runtime_error if a folder has none.
+std::vector<std::filesystem::path> findScenes(const std::filesystem::path& path);
 
 /// Whether a run is among those asked for: a pattern is scene/mode/setting, with * and ? within each; what is
 /// missing at the end stands for all. No patterns at all: every run is.

@@ -8,13 +8,14 @@
 #include <stdexcept>
 
 #include "renderer/film/tone.h"
+#include "tools/patina-bench/font.h"
 #include "tools/patina-bench/report.h"
 #include "tools/patina-bench/scenes.h"
 
 namespace patina::bench {
 namespace {
 
-constexpr int kGap = 4;  // pixels between pictures
+constexpr uint8_t kBackground = 48;
 constexpr size_t kMostPixels = size_t{1} << 28;
 
 uint8_t byteOf(float v) { return static_cast<uint8_t>(std::lround(255 * std::clamp(v, 0.0f, 1.0f))); }
@@ -29,6 +30,28 @@ std::array<float, 3> errorColour(double error) {
 struct Canvas {
   int width, height;
   std::vector<uint8_t> bytes;  // RGB
+
+  void set(int x, int y, const std::array<float, 3>& colour) {
+    const size_t at = 3 * (static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x));
+    for (size_t c = 0; c < 3; ++c) bytes[at + c] = byteOf(colour[c]);
+  }
+
+  void caption(int x, int y, int cell, const std::array<std::string, 2>& lines) {
+    drawText(bytes, width, x + 2, y + 3, x + cell, lines[0]);
+    drawText(bytes, width, x + 2, y + 3 + kLetterHeight, x + cell, lines[1]);
+  }
+
+  // A strip of the colours of errors from -50 % to 50 %, in the place of a picture.
+  void scale(int x0, int y0, int size) {
+    caption(x0, y0, size, {"relative error", ""});
+    const int high = std::min(12, height - y0 - kSheetCaption - 2 * kLetterHeight);
+    for (int x = 0; x < size - 4; ++x)
+      for (int y = 0; y < high; ++y)
+        set(x0 + 2 + x, y0 + kSheetCaption + y, errorColour((x + 0.5) / (size - 4) - 0.5));
+    caption(x0, y0 + kSheetCaption + high, size, {"-50%", ""});
+    caption(x0 + size / 2 - kLetterWidth, y0 + kSheetCaption + high, size, {"0", ""});
+    caption(x0 + size - 4 * kLetterWidth - 6, y0 + kSheetCaption + high, size, {"+50%", ""});
+  }
 
   void paint(int x0, int y0, const ImageData& picture, const ImageData* reference) {
     for (int y = 0; y < picture.height; ++y)
@@ -45,9 +68,7 @@ struct Canvas {
         } else {
           for (size_t c = 0; c < 3; ++c) colour[c] = srgbEncoded(v[c]);
         }
-        const size_t at =
-            3 * (static_cast<size_t>(y0 + y) * static_cast<size_t>(width) + static_cast<size_t>(x0 + x));
-        for (size_t c = 0; c < 3; ++c) bytes[at + c] = byteOf(colour[c]);
+        set(x0 + x, y0 + y, colour);
       }
   }
 };
@@ -55,22 +76,26 @@ struct Canvas {
 }  // namespace
 
 void writeSheet(const std::filesystem::path& path, const ImageData& reference,
-                const std::vector<std::vector<ImageData>>& rows) {
+                const std::vector<std::vector<SheetPicture>>& rows) {
   size_t columns = 1;
-  for (const std::vector<ImageData>& row : rows) columns = std::max(columns, row.size());
-  const int w = reference.width + kGap, h = reference.height + kGap;
-  const size_t pixels = columns * static_cast<size_t>(w) * (2 * rows.size() + 1) * static_cast<size_t>(h);
+  for (const std::vector<SheetPicture>& row : rows) columns = std::max(columns, row.size());
+  const int w = reference.width + kSheetGap, h = reference.height + kSheetGap, high = h + kSheetCaption;
+  const int width = w * static_cast<int>(columns), height = high + (high + h) * static_cast<int>(rows.size());
+  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   if (pixels > kMostPixels) throw std::runtime_error(path.string() + ": too many pictures for a sheet");
-  Canvas canvas{w * static_cast<int>(columns), h * static_cast<int>(2 * rows.size() + 1), {}};
-  canvas.bytes.assign(3 * pixels, 64);
-  canvas.paint(0, 0, reference, nullptr);
+  Canvas canvas{width, height, {}};
+  canvas.bytes.assign(3 * pixels, kBackground);
+  canvas.caption(0, 0, w, {"reference", ""});
+  canvas.paint(0, kSheetCaption, reference, nullptr);
+  if (columns > 1) canvas.scale(w, 0, reference.width);
   for (size_t row = 0; row < rows.size(); ++row)
     for (size_t k = 0; k < rows[row].size(); ++k) {
-      const ImageData& picture = rows[row][k];
-      if (picture.width != reference.width || picture.height != reference.height) continue;
-      const int x = w * static_cast<int>(k), y = h * static_cast<int>(2 * row + 1);
-      canvas.paint(x, y, picture, nullptr);
-      canvas.paint(x, y + h, picture, &reference);
+      const SheetPicture& cell = rows[row][k];
+      const int x = w * static_cast<int>(k), y = high + (high + h) * static_cast<int>(row);
+      canvas.caption(x, y, w, cell.caption);
+      if (cell.picture.width != reference.width || cell.picture.height != reference.height) continue;
+      canvas.paint(x, y + kSheetCaption, cell.picture, nullptr);
+      canvas.paint(x, y + kSheetCaption + h, cell.picture, &reference);
     }
 
   std::string problem;

@@ -96,6 +96,19 @@ TTest welchTest(const Summary& a, const Summary& b) {
   return test;
 }
 
+TTest studentTest(const Summary& values) {
+  TTest test;
+  if (values.count < 2) return test;
+  test.freedom = static_cast<double>(values.count - 1);
+  if (values.variance > 0) {
+    test.t = values.mean / values.standardError();
+    test.p = studentTails(test.t, test.freedom);
+  } else if (values.mean != 0) {
+    test.t = std::copysign(std::numeric_limits<double>::infinity(), values.mean), test.p = 0;
+  }
+  return test;
+}
+
 double sidak(double significance, size_t count) {
   return -std::expm1(std::log1p(-significance) / static_cast<double>(std::max<size_t>(count, 1)));
 }

@@ -46,6 +46,9 @@ struct TTest {
 /// different population variances are involved", Biometrika 34, 1947). Two values without variance differ for
 /// certain or not at all. Both need two values at least; else p is 1.
 TTest welchTest(const Summary& a, const Summary& b);
+/// Student's test of whether the mean of values, such as differences of pairs, is 0. Two values at least;
+/// else p is 1.
+TTest studentTest(const Summary& values);
 /// Two-sided: chance of |t| or more by Student's distribution.
 double studentTails(double t, double freedom);
 /// Significance of each of `count` independent tests of which all together have `significance` (Sidak, 1967).
