@@ -42,16 +42,19 @@ void addEnvironment(std::string& text, const Results& results) {
   text += "\n";
 }
 
-std::string secondsText(const std::vector<CurvePoint>& curve, double error) {
+std::string secondsText(const std::vector<CurvePoint>& curve, double error, double noise) {
   const std::optional<EqualError> found = secondsAtError(curve, error);
   if (!found) return "not reached";
+  // What is left after the noise was taken off is a difference of like numbers there.
+  if (error < noise) return "(" + secondsText(curve, error, 0) + ")";
   const char* mark = found->kind == EqualError::AtMost         ? "at most "
                      : found->kind == EqualError::Extrapolated ? "about "
                                                                : "";
   return mark + number(found->seconds);
 }
 
-void addEqualError(std::string& text, std::span<const Point> points, std::span<const double> targets) {
+void addEqualError(std::string& text, const Results& results, std::span<const Point> points,
+                   std::span<const double> targets) {
   text += "| scene | build | mode |";
   for (const double t : targets) text += fmt::format(" {:g} |", t);
   text += "\n| --- | --- | --- |";
@@ -63,8 +66,10 @@ void addEqualError(std::string& text, std::span<const Point> points, std::span<c
       for (const std::string& mode : modes) {
         const std::vector<CurvePoint> curve = curveOf(pointsOf(points, scene, build), mode);
         if (curve.empty()) continue;
+        const auto info = results.references.find(scene);
+        const double noise = info == results.references.end() ? 0 : info->second.relMse;
         text += fmt::format("| {} | {} | {} |", scene, build, mode);
-        for (const double t : targets) text += " " + secondsText(curve, t) + " |";
+        for (const double t : targets) text += " " + secondsText(curve, t, noise) + " |";
         text += "\n";
       }
 }
@@ -127,8 +132,8 @@ std::string markdownReport(const Results& results, std::span<const double> targe
       "## Wall seconds at equal error\n\n"
       "Wall seconds at equal relMSE = mean((x - r)^2 / (r^2 + 0.01)), by the best settings of each mode: "
       "interpolated between settings; \"about\": extrapolated beyond the best; \"at most\": the quickest is "
-      "better already.\n\n";
-  addEqualError(text, points, targets);
+      "better already; in brackets: uncertain, as the error is below the noise of the reference.\n\n";
+  addEqualError(text, results, points, targets);
   for (const std::string& scene : namesOf(points, &Point::scene))
     for (const std::string& build : namesOf(points, &Point::build))
       addScene(text, results, points, scene, build);
