@@ -24,24 +24,12 @@ constexpr float kErrors = 16;
 /// Of irradiance that is interpolated while baking: Ward's error, and contrast. cornell's picture is the same
 /// with 0.1, and takes 1.6 times as long.
 constexpr float kRoughness = 0.4f;
-/// Bounces end when all that are left would add less than this part of the power: that much is estimated.
-constexpr double kRest = 0.02;
+/// Bounces end when all that are left would add less than this part of the radiance: that much is estimated.
+constexpr double kRest = 0.01;
+/// In patches of more micropolygons along a side irradiance is interpolated; pieces of others share it.
+constexpr int kFewCells = 4;
 
 }  // namespace
-
-/// A surfel and where it is on its surface.
-struct BakedPoints::Piece {
-  uint32_t placement, face;
-  uint32_t patch;  ///< kNone: of a group of small faces
-  float u, v;
-  float size;  ///< distance of neighbours
-  float area, radius;
-  bool hasBack;
-  /// In front and behind: something stands between the vertices around it, so that it is looked at by itself.
-  std::array<bool, 2> isAlone{false, false};
-  V3f U;  ///< along a side
-  float halfU, halfV;
-};
 
 BakedPoints::~BakedPoints() = default;
 
@@ -72,19 +60,14 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
       halfU = std::max(halfU, std::abs(d.dot(U))), halfV = std::max(halfV, std::abs(d.dot(V)));
     }
     if (scale > 1) halfU = halfV = kInfinity;
-    pieces->push_back({placement,
-                       face,
-                       patch,
-                       middle.x,
-                       middle.y,
-                       std::sqrt(area),
-                       area * scale,
-                       radius * std::sqrt(scale),
-                       !attributes.oneSided,
-                       {false, false},
-                       U,
-                       halfU,
-                       halfV});
+    Piece& p = pieces->emplace_back();
+    p.placement = placement, p.face = face, p.u = middle.x, p.v = middle.y;
+    const bool interpolates =
+        patch != kNone && std::max(patches[patch].cellsU, patches[patch].cellsV) > kFewCells;
+    p.patch = interpolates ? patch : kNone;
+    p.P = center, p.N = N, p.U = U, p.halfU = halfU, p.halfV = halfV;
+    p.size = std::sqrt(area), p.area = area * scale, p.radius = radius * std::sqrt(scale);
+    p.hasBack = !attributes.oneSided;
   };
   const Surface& surface = geometry.surface(geometry.placements()[placement]);
   const auto [first, patchCount] = patches.patchesOf(placement);
@@ -131,6 +114,34 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
   }
 }
 
+/// By placement: whether its pieces enclose a volume, and on which side of them that is. Normals of what is
+/// closed cancel each other, and away from the middle they point out, or all in.
+void BakedPoints::findInnerSides(const std::vector<Piece>& pieces, size_t placements,
+                                 std::vector<Surfel>& surfels) {
+  struct Sums {
+    V3d normal{0, 0, 0}, middle{0, 0, 0};
+    double area = 0, flux = 0;
+  };
+  std::vector<Sums> sums(placements);
+  for (size_t k = 0; k < pieces.size(); ++k) {
+    Sums& s = sums[pieces[k].placement];
+    const double area = surfels[k].area;
+    s.normal += V3d(surfels[k].N) * area, s.middle += V3d(surfels[k].P) * area, s.area += area;
+  }
+  for (size_t k = 0; k < pieces.size(); ++k) {
+    Sums& s = sums[pieces[k].placement];
+    const V3d away = V3d(surfels[k].P) - s.middle / s.area;
+    s.flux += away.dot(V3d(surfels[k].N)) * static_cast<double>(surfels[k].area);
+  }
+  constexpr double kCancelled = 0.02, kVolume = 0.02;  // of a ball's flux 0.28 of the area's power of 3/2
+  for (size_t k = 0; k < pieces.size(); ++k) {
+    const Sums& s = sums[pieces[k].placement];
+    if (!(s.area > 0) || s.normal.length() > kCancelled * s.area) continue;
+    if (std::abs(s.flux) < kVolume * std::pow(s.area, 1.5)) continue;
+    surfels[k].inner = s.flux > 0 ? Surfel::Inner::Back : Surfel::Inner::Front;
+  }
+}
+
 BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& like, const Settings& settings)
     : world_(world), settings_(settings) {
   const PhaseTimer timer("Baking of points");
@@ -154,10 +165,13 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
     const Piece& p = pieces[k];
     const ShadingPoint point = world.shading().at(p.placement, p.face, p.u, p.v, true, p.size);
     Surfel& s = surfels[k];
-    s.P = point.P, s.N = point.Ng, s.area = p.area, s.radius = p.radius, s.hasBack = p.hasBack;
+    // Between the surface and the plane of the corners: so that bent pieces hide as much as there is, neither
+    // what tangents cut off nor what chords leave out.
+    s.P = (point.P + p.P) / 2, s.N = point.Ng, s.area = p.area, s.radius = p.radius, s.hasBack = p.hasBack;
     s.U = p.U;
     s.halfU = p.halfU, s.halfV = p.halfV;
   });
+  findInnerSides(pieces, placements, surfels);
   RadiosityEngine::Settings first;
   first.cached = false, first.indirect = false, first.rays = like.rays;
   bake(RadiosityEngine(world, first), {0, false}, pieces, front, back);
@@ -185,10 +199,12 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
   V3d gained(0), gainedBefore(0);
   bool isStable = false;
   if (bounces > 1) findAlone(RadiosityEngine(world, next), pieces);
+  if (bounces > 1) findClusters(pieces, placements);
   for (int bounce = 1; bounce < bounces && !world.interrupted(); ++bounce) {
     frontBefore = front, backBefore = back;
     // Irradiance is interpolated in patches: an engine has it of one bounce.
     ++bounceCount;
+    if (bounce > 1) gatherClusters(pieces, {bounce, isStable}, front, back);
     bake(RadiosityEngine(world, next), {bounce, isStable}, pieces, front, back);
     const auto shines = [](const Rgb& f, const Rgb& b) { return std::pair(!isBlack(f), !isBlack(b)); };
     isStable = true;
@@ -198,9 +214,9 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
       V3d sum(0);
       gainedBefore = gained, gained = V3d(0);
       for (size_t k = 0; k < pieces.size(); ++k) {
-        const double area = pieces[k].area;
-        sum += V3d(front[k] + back[k]) * area;
-        gained += V3d(front[k] - frontBefore[k] + back[k] - backBefore[k]) * area;
+        // Not by area: pieces are as large as they look, but for a plain that reaches to the horizon.
+        sum += V3d(front[k] + back[k]);
+        gained += V3d(front[k] - frontBefore[k] + back[k] - backBefore[k]);
       }
       if (bounce > 1 && addRest(pieces, bounces - 1 - bounce, sum, gained, gainedBefore, frontBefore,
                                 backBefore, front, back))
@@ -208,8 +224,20 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
     }
     hand();
   }
+  isBaked_ = true;
+  clusters_ = {};
   setStatistic("Memory/points MB", static_cast<double>(tree_->memory()) / 1048576);
   setStatistic("Points/micropolygons along a surfel", step);
+}
+
+ShadingPoint BakedPoints::pointOf(const Piece& piece, bool front) const {
+  return world_.shading().at(piece.placement, piece.face, piece.u, piece.v, front, piece.size);
+}
+
+uint64_t BakedPoints::seedOf(const Piece& piece, bool front) const {
+  return hashOf(world_.geometry().placements()[piece.placement].seed, piece.face,
+                uint64_t{floatBits(piece.u)} << 32 | floatBits(piece.v), front) ^
+         world_.frameSeed();
 }
 
 VertexWeights BakedPoints::around(const Piece& piece) const {
@@ -238,7 +266,7 @@ void BakedPoints::findAlone(const RadiosityEngine& engine, std::vector<Piece>& p
 }
 
 /// What `more` bounces would add, each of them as much less than the one before as the last: once that is
-/// little. Powers by channel; false: it is not.
+/// little. Sums over pieces, by channel; false: it is not.
 bool BakedPoints::addRest(const std::vector<Piece>& pieces, int more, const V3d& sum, const V3d& gained,
                           const V3d& gainedBefore, const std::vector<Rgb>& frontBefore,
                           const std::vector<Rgb>& backBefore, std::vector<Rgb>& front,
@@ -273,30 +301,39 @@ void BakedPoints::bake(const RadiosityEngine& engine, const Bounce& bounce, cons
     std::vector<RadiosityEngine::Spot> spots;
     std::vector<std::pair<size_t, bool>> of;
     std::vector<Rgb> radiance;
+    std::vector<RadiosityEngine::Irradiance> indirect;
     const auto shade = [&] {
       radiance.resize(requests.size());
+      for (size_t k = 0; k < indirect.size(); ++k) requests[k].indirect = &indirect[k];
       // As deep as what gathers meet: with as many rays to lights as the finest vertices there get.
       engine.shade(requests, 1, Purpose::Vertex, radiance, spots);
       shadedCount += static_cast<int64_t>(requests.size());
       for (size_t i = 0; i < of.size(); ++i) (of[i].second ? front : back)[of[i].first] = radiance[i];
-      requests.clear(), spots.clear(), of.clear();
+      requests.clear(), spots.clear(), of.clear(), indirect.clear();
     };
-    for (const bool inPatches : {true, false}) {
+    enum class How : uint8_t { Interpolated, ByItself, Shared };
+    for (const How how : {How::Interpolated, How::ByItself, How::Shared}) {
       for (size_t k = begin; k < end; ++k)
         for (const bool side : {true, false}) {
           const Piece& p = pieces[k];
-          const bool isInPatch = p.patch != kNone && !p.isAlone[side ? 0 : 1];
-          if ((!side && !p.hasBack) || inPatches != isInPatch) continue;
-          const ShadingPoint point = world_.shading().at(p.placement, p.face, p.u, p.v, side, p.size);
-          const uint64_t seed = hashOf(world_.geometry().placements()[p.placement].seed, p.face,
-                                       uint64_t{floatBits(p.u)} << 32 | floatBits(p.v), side) ^
-                                world_.frameSeed();
+          const How its = p.patch == kNone          ? How::Shared
+                          : p.isAlone[side ? 0 : 1] ? How::ByItself
+                                                    : How::Interpolated;
+          if ((!side && !p.hasBack) || how != its) continue;
+          const ShadingPoint point = pointOf(p, side);
+          const uint64_t seed = seedOf(p, side);
           const int bounces = engine.bouncesAt(p.placement);
           const Rgb& before = side ? front[k] : back[k];
           if (bounce.number > bounces || (bounce.onlyLit && isBlack(before))) continue;
           requests.push_back({point, seed, bounces});
           of.emplace_back(k, side);
-          if (!inPatches || !engine.cache()) continue;
+          if (bounce.number > 0 && p.patch == kNone) {
+            // Light from behind comes through as on the other side, seen from there.
+            const auto at = [&](bool inFront) { return p.cluster[inFront ? 0 : 1]; };
+            const auto known = [&](uint32_t c) { return c == kNone ? Rgb(0) : clusters_[c].irradiance; };
+            indirect.push_back({known(at(side)), known(at(!side))});
+          }
+          if (how != How::Interpolated || !engine.cache()) continue;
           spots.push_back({p.patch, side, RadiosityEngine::keptBounces(bounces), around(p)});
         }
       shade();
@@ -307,12 +344,17 @@ void BakedPoints::bake(const RadiosityEngine& engine, const Bounce& bounce, cons
 PointRaster::Estimate BakedPoints::irradiance(const ShadingPoint& point, bool behind, uint64_t seed,
                                               bool withSurfels) const {
   const TimeShare share(rasterTime);
-  thread_local std::unique_ptr<PointRaster> raster;
-  thread_local PointRaster::Settings made;
-  if (!raster || made.resolution != settings_.raster.resolution ||
-      made.maxSolidAngle != settings_.raster.maxSolidAngle) {
-    raster = std::make_unique<PointRaster>(settings_.raster);
-    made = settings_.raster;
+  // One for baking and one for the picture.
+  thread_local std::array<std::unique_ptr<PointRaster>, 2> rasters;
+  thread_local std::array<PointRaster::Settings, 2> made;
+  const size_t which = isBaked_ ? 1 : 0;
+  PointRaster::Settings wanted = settings_.raster;
+  if (!isBaked_) wanted.resolution = std::max(PointOptions::kLeastResolution, wanted.resolution * 3 / 8 * 2);
+  std::unique_ptr<PointRaster>& raster = rasters[which];
+  if (!raster || made[which].resolution != wanted.resolution ||
+      made[which].maxSolidAngle != wanted.maxSolidAngle) {
+    raster = std::make_unique<PointRaster>(wanted);
+    made[which] = wanted;
   }
   ++rasterCount;
   const Lights& lights = world_.lights();

@@ -32,8 +32,40 @@ class BakedPoints {
                                    bool withSurfels) const;
 
  private:
-  struct Piece;
+  /// A surfel and where it is on its surface.
+  struct Piece {
+    uint32_t placement, face;
+    uint32_t patch;  ///< kNone: in one of few micropolygons, or in a group of small faces
+    float u, v;
+    V3f P, N;  ///< world space: the middle and the normal of its corners
+    V3f U;     ///< along a side
+    float halfU, halfV;
+    float size;  ///< distance of neighbours
+    float area, radius;
+    bool hasBack;
+    /// In front and behind: something stands between the vertices around it, so that it is looked at by
+    /// itself.
+    std::array<bool, 2> isAlone{false, false};
+    std::array<uint32_t, 2> cluster{kNone,
+                                    kNone};  ///< in front and behind: in clusters_, where patch is kNone
+  };
+  /// Pieces so close to each other, and turned so alike, that the irradiance of one stands for all.
+  struct Cluster {
+    uint32_t piece;
+    bool front;
+    Rgb irradiance{0, 0, 0};
+  };
   void collect(uint32_t placement, int step, std::vector<Piece>* pieces, size_t& count) const;
+  static void findInnerSides(const std::vector<Piece>& pieces, size_t placements,
+                             std::vector<Surfel>& surfels);
+  ShadingPoint pointOf(const Piece& piece, bool front) const;
+  uint64_t seedOf(const Piece& piece, bool front) const;
+  PointRaster::Estimate lookFrom(const Piece& piece, bool front) const;
+  /// Makes clusters of the pieces that are in no patch to be interpolated in, with the irradiance of the
+  /// first bounce.
+  void findClusters(std::vector<Piece>& pieces, uint32_t placements);
+  void addClusters(const std::vector<Piece>& pieces, std::span<uint32_t> members, bool front,
+                   std::vector<Cluster>& clusters, std::vector<uint32_t>& counts) const;
   VertexWeights around(const Piece& piece) const;
   void findAlone(const RadiosityEngine& engine, std::vector<Piece>& pieces) const;
   struct Bounce {
@@ -41,6 +73,8 @@ class BakedPoints {
     /// Black sides stay black: in the last bounce no side began to shine, so that what they see is as it was.
     bool onlyLit;
   };
+  void gatherClusters(const std::vector<Piece>& pieces, const Bounce& bounce, const std::vector<Rgb>& front,
+                      const std::vector<Rgb>& back);
   void bake(const RadiosityEngine& engine, const Bounce& bounce, const std::vector<Piece>& pieces,
             std::vector<Rgb>& front, std::vector<Rgb>& back) const;
   bool addRest(const std::vector<Piece>& pieces, int more, const V3d& sum, const V3d& gained,
@@ -50,6 +84,8 @@ class BakedPoints {
   const World& world_;
   const Settings settings_;
   std::unique_ptr<PointTree> tree_;
+  bool isBaked_ = false;
+  std::vector<Cluster> clusters_;  ///< while baking
 };
 
 }  // namespace patina

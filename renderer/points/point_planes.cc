@@ -14,7 +14,7 @@ constexpr float kPlaneSpread = 0.045f, kThick = 0.02f;
 constexpr float kSlack = 1e-3f;
 /// A plane is covered when the pieces' areas are this part of its region's; beside the border, where pieces
 /// reach out by parts of their size.
-constexpr float kCovered = 0.95f, kBorder = 0.75f;
+constexpr float kCovered = 0.95f, kBorder = 0.75f, kCurvedBorder = -0.1f, kFlat = 2e-3f;
 
 PointTree::Plane planeOf(const Surfel& s) {
   PointTree::Plane plane;
@@ -89,7 +89,9 @@ bool isCovered(const PointTree::Plane& plane) {
     cross += (p - plane.center).cross(q - plane.center);
     around += (q - p).length();
   }
-  return plane.frontArea >= kCovered * cross.length() / 2 - kBorder * around * plane.piece;
+  // Beside a cut through a flat wall there is more of it; a curved surface may end there, seen from its side.
+  const float border = plane.spread < kFlat ? kBorder : kCurvedBorder;
+  return plane.frontArea >= kCovered * cross.length() / 2 - border * around * plane.piece;
 }
 
 }  // namespace

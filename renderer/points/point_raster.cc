@@ -12,7 +12,10 @@ constexpr float kFull = 0.95f;
 /// ... and one that is covered so far, between two that are full.
 constexpr float kSeam = 0.3f;
 /// ... and one where so much of the pixels around is covered, on average.
-constexpr float kAmong = 0.7f;
+constexpr float kAmong = 0.9f;
+/// What is farther than the first in a pixel by so many pixels, and halves of its size, is another layer: it
+/// is seen through what is open, where pieces of one layer lie beside each other.
+constexpr float kLayer = 2;
 /// The solid angle of a node that is drawn as a square, in pixels of the top's middle.
 constexpr float kOutline = 2;
 /// Surfels of the surface that the place is on: so many radii away, a part of a radius above or below it,
@@ -86,8 +89,9 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
     dx_[k] = d.x, dy_[k] = d.y, dz_[k] = d.z;
   }
   if (!tree.empty()) look(tree, 0);
-  std::sort(items_.begin(), items_.end(),
-            [](const Item& a, const Item& b) { return a.distance < b.distance; });
+  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) {
+    return std::pair(a.distance, a.isInner) < std::pair(b.distance, b.isInner);
+  });
   for (const Item& item : items_) draw(item);
   Estimate result;
   openDirections_.clear(), openWeights_.clear();
@@ -104,8 +108,8 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
           if (covered < 1)
             c.inverse += (1 - covered) / t_[k], result.nearest = std::min(result.nearest, t_[k]);
           covered = 1;
-        } else if (covered > kSeam && (isFull(k) || isBetweenFull(face, row, column) ||
-                                       (!environment && isAmongCovered(face, row, column)))) {
+        } else if (covered > kSeam &&
+                   (isFull(k) || isBetweenFull(face, row, column) || isAmongCovered(face, row, column))) {
           radiance /= covered;
           covered = 1;
         } else if (environment) {
@@ -152,8 +156,8 @@ bool PointRaster::isBetweenFull(int face, int row, int column) const {
   return false;
 }
 
-/// Squares that stand for a far curved wall overlap here and leave gaps there: where nothing is behind them
-/// that would shine, those are closed.
+/// Squares that stand for a curved surface overlap here and leave gaps there. Where all around they would
+/// cover as much as there is, all in all, they are taken to do so.
 bool PointRaster::isAmongCovered(int face, int row, int column) const {
   const int rows = rowsOf(face);
   float sum = 0;
@@ -161,7 +165,7 @@ bool PointRaster::isAmongCovered(int face, int row, int column) const {
   for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
     for (int c = std::max(column - 1, 0); c <= std::min(column + 1, resolution_ - 1); ++c, ++count) {
       const size_t k = at(face, r, c);
-      sum += t_[k] < kInfinity ? 1 : content_[k].covered;
+      sum += t_[k] < kInfinity ? 1 : content_[k].sum;
     }
   return sum > kAmong * static_cast<float>(count);
 }
@@ -195,8 +199,12 @@ void PointRaster::look(const PointTree& tree, uint32_t index) {
   }
   if (isFar && local.z > node.radius) {
     const float distance = std::sqrt(distance2);
-    const PointTree::Seen seen = tree.look(index, (P_ - node.center) / distance);
-    add(local, std::min(seen.area, kPi * node.radius * node.radius), seen.radiance);
+    const V3f direction = (P_ - node.center) / distance;
+    const float largest = kPi * node.radius * node.radius;
+    for (const bool back : {false, true}) {
+      const PointTree::Seen seen = tree.look(index, direction, back);
+      if (seen.area > 0) add(local, std::min(seen.area, largest), seen.radiance, seen.isInner);
+    }
     return;
   }
   if (!node.isLeaf()) {
@@ -216,12 +224,14 @@ void PointRaster::look(const PointTree& tree, uint32_t index) {
       trace(s);
     } else {
       const float d = std::sqrt(d2);
-      add(at, s.area * std::abs(cosine) / d, cosine > 0 ? s.front : s.back);
+      const bool front = cosine > 0;
+      add(at, s.area * std::abs(cosine) / d, front ? s.front : s.back,
+          s.inner == (front ? Surfel::Inner::Front : Surfel::Inner::Back));
     }
   }
 }
 
-void PointRaster::add(const V3f& local, float area, const Rgb& radiance) {
+void PointRaster::add(const V3f& local, float area, const Rgb& radiance, bool isInner) {
   const float distance2 = local.length2();
   if (!(area > 0) || !(distance2 > nearest_ * nearest_)) return;
   const float distance = std::sqrt(distance2);
@@ -236,7 +246,7 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance) {
     const float half = std::min(std::sqrt(area / distance2 / (w * w * w)) / 2, 1.0f);
     if (std::abs(u) >= 1 + half || v >= 1 + half || v <= (face == 0 ? -1 : 0) - half) continue;
     items_.push_back({distance, (u + 1) * toPixels, (face == 0 ? v + 1 : v) * toPixels, half * toPixels,
-                      static_cast<uint8_t>(face), radiance});
+                      static_cast<uint8_t>(face), isInner, radiance});
   }
 }
 
@@ -369,6 +379,7 @@ void PointRaster::trace(const Target& target) {
 void PointRaster::draw(const Item& item) {
   const int rows = rowsOf(item.face);
   const float x = item.x, y = item.y;
+  const float thickness = kLayer * (item.half + 1) * item.distance * 2 / static_cast<float>(resolution_);
   const int x0 = std::max(0, static_cast<int>(std::floor(x - item.half))),
             x1 = std::min(resolution_, static_cast<int>(std::floor(x + item.half)) + 1),
             y0 = std::max(0, static_cast<int>(std::floor(y - item.half))),
@@ -382,7 +393,15 @@ void PointRaster::draw(const Item& item) {
       const size_t k = at(item.face, j, i);
       Content& c = content_[k];
       if (item.distance >= t_[k]) continue;
-      const float share = std::min(std::max(along, 0.0f) * std::max(across, 0.0f), 1 - c.covered);
+      float share = std::max(along, 0.0f) * std::max(across, 0.0f);
+      if (c.covered == 0) c.layer = item.distance, c.startsOutside = !item.isInner;
+      // The far side of what is closed is behind the near one, not beside it.
+      if (item.isInner && c.startsOutside) continue;
+      const float open = 1 - c.covered;
+      if (item.distance > c.layer + thickness)
+        share *= open;
+      else
+        c.sum += share, share = std::min(share, open);
       if (!(share > 0)) continue;
       c.covered += share;
       c.inverse += share / item.distance;

@@ -46,10 +46,11 @@ class PointRaster {
     float distance;
     float x, y, half;  ///< on its face, in pixels: where a square of its size is
     uint8_t face;
+    bool isInner;  ///< of a closed surface: what is nearer is likely the same surface's outside
     Rgb radiance;
   };
   void look(const PointTree& tree, uint32_t node);
-  void add(const V3f& local, float area, const Rgb& radiance);
+  void add(const V3f& local, float area, const Rgb& radiance, bool isInner);
   /// What rays through pixels may meet: the part of a plane that is in a rectangle, and in a disc or a box.
   /// World space, relative to the place.
   struct Target {
@@ -92,6 +93,9 @@ class PointRaster {
   struct Content {             ///< of what is drawn
     Rgb radiance{0, 0, 0};
     float covered = 0, inverse = 0;  ///< inverse: covered / distance
+    float layer = 0;                 ///< distance of the first that is drawn
+    float sum = 0;                   ///< of all that its layer would cover, more than one as well
+    bool startsOutside = false;      ///< ... which is no closed surface's inside
   };
   bool isOwn(const Surfel& surfel, float distance2, float height) const;
   bool isBelow(const PointTree& tree, const PointTree::Node& node) const;

@@ -126,18 +126,20 @@ void PointTree::summarize() {
           if (back && !s.hasBack) continue;
           const ShBasis basis = shBasis(back ? -s.N : s.N);
           const Rgb& radiance = back ? s.back : s.front;
+          Harmonics::Side& side = back ? h.back : h.front;
           for (size_t i = 0; i < 9; ++i) {
             const float area = s.area * kCosineBands[static_cast<size_t>(kBandOf[i])] * basis[i];
-            h.area[i] += area;
-            for (size_t c = 0; c < 3; ++c) h.power[c][i] += area * radiance[static_cast<int>(c)];
+            side.area[i] += area;
+            for (size_t c = 0; c < 3; ++c) side.power[c][i] += area * radiance[static_cast<int>(c)];
           }
         }
     } else {
       for (uint32_t child = node.children; child < node.children + node.childCount; ++child)
-        for (size_t i = 0; i < 9; ++i) {
-          h.area[i] += harmonics_[child].area[i];
-          for (size_t c = 0; c < 3; ++c) h.power[c][i] += harmonics_[child].power[c][i];
-        }
+        for (const auto side : {&Harmonics::front, &Harmonics::back})
+          for (size_t i = 0; i < 9; ++i) {
+            (h.*side).area[i] += (harmonics_[child].*side).area[i];
+            for (size_t c = 0; c < 3; ++c) (h.*side).power[c][i] += (harmonics_[child].*side).power[c][i];
+          }
     }
     // Sums of many go through children.
     struct Sums {
@@ -162,6 +164,11 @@ void PointTree::summarize() {
       box.extendBy(Box3f(c.center - c.half, c.center + c.half));
       if (!c.isFlat) least = -1;
     }
+    node.inner = node.isLeaf() ? own[0].inner : nodes_[node.children].inner;
+    for (const Surfel& s : own.first(node.isLeaf() ? own.size() : 0))
+      if (s.inner != node.inner) node.inner = Surfel::Inner::None;
+    for (uint32_t child = node.children; child < node.children + node.childCount; ++child)
+      if (nodes_[child].inner != node.inner) node.inner = Surfel::Inner::None;
     node.center = box.center();
     node.half = box.size() / 2;
     node.radius = 0;
@@ -183,18 +190,20 @@ void PointTree::summarize() {
   }
 }
 
-PointTree::Seen PointTree::look(uint32_t index, const V3f& direction) const {
+PointTree::Seen PointTree::look(uint32_t index, const V3f& direction, bool back) const {
   const Node& node = nodes_[index];
+  const bool isInner = node.inner == (back ? Surfel::Inner::Back : Surfel::Inner::Front);
   if (node.isFlat) {
-    const float cosine = node.N.dot(direction);
-    return cosine > 0 ? Seen{node.frontArea * cosine, node.front} : Seen{node.backArea * -cosine, node.back};
+    const float cosine = node.N.dot(direction) * (back ? -1.0f : 1.0f);
+    if (cosine <= 0) return {};
+    return {(back ? node.backArea : node.frontArea) * cosine, back ? node.back : node.front, isInner};
   }
-  const Harmonics& h = harmonics_[index];
+  const Harmonics::Side& h = back ? harmonics_[index].back : harmonics_[index].front;
   const ShBasis basis = shBasis(direction);
   const float area = dot(h.area, basis);
   if (!(area > 0)) return {};
   const auto mean = [&](size_t c) { return std::max(0.0f, dot(h.power[c], basis) / area); };
-  return {area, {mean(0), mean(1), mean(2)}};
+  return {area, {mean(0), mean(1), mean(2)}, isInner};
 }
 
 void PointTree::setRadiance(std::span<const Rgb> front, std::span<const Rgb> back) {

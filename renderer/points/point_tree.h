@@ -24,6 +24,8 @@ struct Surfel {
   float halfU = kInfinity, halfV = kInfinity;  ///< half of the sizes along U and along N x U
   /// Half of the size of a box around the piece.
   V3f bound() const;
+  /// Part of a closed surface (a ball, not a wall): which side is inside of it.
+  enum class Inner : uint8_t { None, Back, Front } inner = Inner::None;
   bool hasBack = true;  ///< false: nobody sees the back, as that of a closed surface; it covers nothing
 };
 
@@ -45,6 +47,7 @@ class PointTree {
   struct Seen {
     float area = 0;         ///< projected, world units squared
     Rgb radiance{0, 0, 0};  ///< mean over that area
+    bool isInner = false;   ///< of closed surfaces: it is their inside
   };
   struct Node {
     V3f center{0, 0, 0};            ///< of a box around all the pieces
@@ -56,6 +59,7 @@ class PointTree {
     /// All that is in it lies about in one plane: a disc of the mean normal, in place of the harmonics, which
     /// would show it from its edge and from behind.
     bool isFlat = false;
+    Surfel::Inner inner = Surfel::Inner::None;  ///< all surfels'
     /// All that is in it lies in few planes: a wall, or where walls meet. planes() from `firstPlane` on; 0:
     /// it does not.
     uint32_t firstPlane = 0;
@@ -85,8 +89,8 @@ class PointTree {
   };
   const std::vector<Plane>& planes() const { return planes_; }
   static constexpr int kMostPlanes = 3;
-  /// Of node `index`, seen along `direction`, which is unit and points away from it.
-  Seen look(uint32_t index, const V3f& direction) const;
+  /// Fronts, or backs, of node `index`, seen along `direction`, which is unit and points away from it.
+  Seen look(uint32_t index, const V3f& direction, bool back) const;
 
   bool empty() const { return surfels_.empty(); }
   const std::vector<Node>& nodes() const { return nodes_; }        ///< the root is first
@@ -102,8 +106,10 @@ class PointTree {
  private:
   /// Sums over the surfels of a node: of area times clamped cosine, and of that times radiance.
   struct Harmonics {
-    ShBasis area{};
-    std::array<ShBasis, 3> power{};
+    struct Side {
+      ShBasis area{};
+      std::array<ShBasis, 3> power{};
+    } front, back;
   };
   void split(uint32_t node, const V3f& corner, float size, int depth);
   void summarize();

@@ -50,6 +50,7 @@ inline std::vector<Surfel> sphere(const V3f& center, float radius, int count, co
   s.area = 4 * kPi * radius * radius / static_cast<float>(count);
   s.radius = std::sqrt(s.area * 0.8f);
   s.hasBack = hasBack;
+  s.inner = inside ? Surfel::Inner::Front : Surfel::Inner::Back;
   s.front = front;
   for (int k = 0; k < count; ++k) {  // a spiral
     const float z = 1 - (2 * static_cast<float>(k) + 1) / static_cast<float>(count);
