@@ -21,6 +21,7 @@ struct PointLight {
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
     context.lightPower(p.intensity * p.lightcolor * (4 * kPi));
+    context.lightFrom(p.from);
     return PATINA_OK;
   }
 

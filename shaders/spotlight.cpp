@@ -39,6 +39,7 @@ struct SpotLight {
     full_ = std::cos(p.coneangle - p.conedeltaangle);
     const bool aimed = dot(axis, axis) > 0;
     context.lightPower(p.intensity * p.lightcolor * (aimed ? 2 * kPi * (1 - edge_) : 0));
+    context.lightFrom(p.from, axis_, p.coneangle);
     return PATINA_OK;
   }
 

@@ -37,7 +37,7 @@ struct Path {
   int x = 0, y = 0;
   Ray ray;
   Rgb throughput{1, 1, 1};
-  V3f from{0, 0, 0};           // where the ray left
+  LightReceiver from;          // where the ray left
   float pdf = 0;               // of the ray's direction; 0 = camera or delta lobe: lights count in full
   uint32_t receiver = kNone;   // placement that the ray left
   bool sampledLights = false;  // next-event estimation was done there
@@ -158,7 +158,8 @@ void PathIntegrator::step(Wave& wave) const {
         float weight = 1;
         if (path.pdf > 0 && path.sampledLights)
           weight = world_.lightsOf(path.receiver)
-                       .weightOfMet(light, path.pdf, world_.lights().areaPdf(light, path.from, point));
+                       .weightOfMet(path.from, light, path.pdf,
+                                    world_.lights().areaPdf(light, path.from.P, point));
         wave.results[path.slot].radiance += path.throughput * emitted * weight;
       }
     }
@@ -205,7 +206,7 @@ void PathIntegrator::missed(Wave& wave, std::span<const uint32_t> which) const {
       Path& path = wave.paths[paths[i]];
       float weight = 1;
       if (path.pdf > 0 && path.sampledLights)
-        weight = world_.lightsOf(path.receiver).weightOfMet(light, path.pdf, pdf[i]);
+        weight = world_.lightsOf(path.receiver).weightOfMet(path.from, light, path.pdf, pdf[i]);
       wave.results[path.slot].radiance += path.throughput * radiance[i] * weight;
       if (path.receiver == kNone && !isBlack(radiance[i])) {
         Seen& result = wave.results[path.slot];
@@ -232,7 +233,8 @@ void PathIntegrator::sampleLights(Wave& wave) const {
     if (list.sampled.empty()) continue;
     const Bsdf bsdf(wave.points[i], wave.shaded.terms[i], wave.shaded.lobesOf(wave.shaded.terms[i]));
     if (!bsdf.scattersSmoothly(true)) continue;
-    const LightList::Pick pick = list.pick(sobol1(path.sample, path.seed(kLightChoice)));
+    const float u = sobol1(path.sample, path.seed(kLightChoice));
+    const LightTree::Pick pick = list.pick(bsdf.receiver(), u);
     wave.lightChance[i] = pick.chance;
     byLight[pick.light].push_back(i);
   }
@@ -328,7 +330,7 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
   path.sampledLights = !list.sampled.empty() && bsdf.scattersSmoothly(true);
   path.pdf = s.delta ? 0 : s.pdf;
   path.receiver = point.placement;
-  path.from = point.P;
+  path.from = bsdf.receiver();
   path.spread = s.delta ? path.spread : std::max(path.spread, s.diffuse ? 0.3f : s.alpha);
   ++path.vertex;
   if (path.diffuseDepth + path.specularDepth > kRouletteDepth) {

@@ -94,9 +94,12 @@ void RadiosityIntegrator::step(Wave& wave) const {
                          .surface(world_.geometry().placements()[hit.placement])
                          .surfaceParameters(hit.face, hit.u, hit.v);
       float weight = 1;
-      if (walk.pdf > 0 && walk.sampledLights)
-        weight = world_.lightsOf(walk.receiver)
-                     .weightOfMet(light, walk.pdf, world_.lights().areaPdf(light, walk.from, point));
+      if (walk.pdf > 0 && walk.sampledLights) {
+        const LightList& list = world_.lightsOf(walk.receiver);
+        const float pdf =
+            world_.lights().areaPdf(light, walk.from.P, point) * static_cast<float>(picksOf(list));
+        weight = list.weightOfMet(walk.from, light, walk.pdf, pdf);
+      }
       result.radiance +=
           walk.throughput * world_.lights().emitted(light, point, -walk.ray.direction, uv) * weight;
     }
@@ -148,71 +151,12 @@ void RadiosityIntegrator::missed(Wave& wave, const Walk& walk) const {
     float pdf;
     lights.evaluate(light, {&walk.ray.origin, 1}, {&walk.ray.direction, 1}, {&radiance, 1}, {&pdf, 1});
     float weight = 1;
-    if (walk.pdf > 0 && walk.sampledLights)
-      weight = world_.lightsOf(walk.receiver).weightOfMet(light, walk.pdf, pdf);
+    if (walk.pdf > 0 && walk.sampledLights) {
+      const LightList& list = world_.lightsOf(walk.receiver);
+      weight = list.weightOfMet(walk.from, light, walk.pdf, pdf * static_cast<float>(picksOf(list)));
+    }
     result.radiance += walk.throughput * radiance * weight;
     if (camera && !isBlack(radiance)) result.seen += walk.throughput;
-  }
-}
-
-/// Direct light by way of lobes: delta lights all, of the others one per point.
-void RadiosityIntegrator::specularDirect(Wave& wave) const {
-  const size_t n = wave.points.size();
-  const Lights& lights = world_.lights();
-  wave.direct.assign(n, Rgb(0, 0, 0));
-  thread_local std::vector<std::vector<std::pair<uint32_t, float>>> byLight;
-  byLight.resize(lights.count());
-  for (auto& list : byLight) list.clear();
-  for (uint32_t i = 0; i < n; ++i) {
-    const LightList& list = world_.lightsOf(wave.points[i].placement);
-    if (list.sampled.empty()) continue;
-    const SurfaceTerms& terms = wave.shaded.terms[i];
-    const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
-    if (!bsdf.scattersSmoothly(false)) continue;
-    const Walk& walk = wave.walks[wave.active[i]];
-    for (const uint32_t light : list.sampled)
-      if (lights.isDelta(light)) byLight[light].emplace_back(i, 1.0f);
-    const LightList::Pick pick = list.pick(sobol1(walk.sample, walk.seed(kLightChoice)));
-    if (!lights.isDelta(pick.light)) byLight[pick.light].emplace_back(i, pick.chance);
-  }
-  thread_local std::vector<V3f> positions;
-  thread_local std::vector<V2f> random;
-  thread_local std::vector<LightSample> samples;
-  thread_local std::vector<World::ShadowRay> shadowRays;
-  thread_local std::vector<std::pair<uint32_t, Rgb>> contributions;
-  thread_local std::vector<Rgb> visible;
-  for (uint32_t light = 0; light < byLight.size(); ++light) {
-    if (byLight[light].empty()) continue;
-    positions.clear(), random.clear(), shadowRays.clear(), contributions.clear();
-    for (const auto& [i, chance] : byLight[light]) {
-      const Walk& walk = wave.walks[wave.active[i]];
-      positions.push_back(wave.points[i].P);
-      random.push_back(sobol2(walk.sample, walk.seed(kLightPoint)));
-    }
-    samples.resize(positions.size());
-    lights.sample(light, positions, random, samples);
-    for (size_t k = 0; k < samples.size(); ++k) {
-      const LightSample& s = samples[k];
-      if (s.pdf == 0) continue;
-      const auto [i, chance] = byLight[light][k];
-      const SurfaceTerms& terms = wave.shaded.terms[i];
-      const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
-      const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
-      if (isBlack(value.f)) continue;
-      const float pdf = s.pdf * chance;
-      // Without specular rays (classic) there is no other estimate to share with.
-      const float weight = s.delta || world_.settings().classic ? 1 : misWeight(pdf, value.pdf);
-      const Walk& walk = wave.walks[wave.active[i]];
-      const uint64_t seed = hashOf(walk.seed(kTime), walk.sample, light);
-      const float time = world_.rayTime(wave.points[i].placement, seed);
-      shadowRays.push_back(
-          {wave.points[i].facet(), &s, light, time, wave.points[i].footprint, raySpread(s, 1)});
-      contributions.emplace_back(i, value.f * s.radiance * (weight / pdf));
-    }
-    visible.resize(shadowRays.size());
-    world_.transmittance(shadowRays, visible, engine_.opacityCache());
-    for (size_t k = 0; k < visible.size(); ++k)
-      wave.direct[contributions[k].first] += contributions[k].second * visible[k];
   }
 }
 
@@ -260,7 +204,7 @@ bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
   walk.pdf = s.delta ? 0 : s.pdf;
   walk.sampledLights = !world_.lightsOf(point.placement).sampled.empty() && bsdf.scattersSmoothly(false);
   walk.receiver = point.placement;
-  walk.from = point.P;
+  walk.from = bsdf.receiver();
   walk.roughness = std::max(walk.roughness, s.alpha);
   walk.spread = std::max(walk.spread, s.alpha);
   const float time = world_.rayTime(point.placement, hashOf(walk.seed(kTime), walk.sample));

@@ -18,7 +18,7 @@ enum Stream : uint64_t { kTimeStream = 5, kSelectStream = 6, kPickStream = 7, kL
 
 /// So many times the samples of one light are spread over all lights when there are more.
 constexpr int kLightsWorth = 4;
-/// Of more lights than this, so many are picked by power for each point.
+/// Of more lights than this, so many are picked for each point.
 constexpr size_t kMostCandidates = 64;
 constexpr size_t kPointsAtOnce = 1024;
 
@@ -49,9 +49,10 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
       continue;
     }
     const uint64_t seed = hashOf(requests[i].seed, kPickStream);
+    const LightReceiver at{w.points[i].P, w.points[i].Ng, !isBlack(terms.transmittance)};
     for (uint32_t k = 0; k < kMostCandidates; ++k) {
-      const LightList::Pick pick =
-          list.pick(sobol1(static_cast<uint32_t>(requests[i].sample * kMostCandidates) + k, seed));
+      const float u = sobol1(static_cast<uint32_t>(requests[i].sample * kMostCandidates) + k, seed);
+      const LightTree::Pick pick = list.pick(at, u);
       w.lightOf.push_back({pick.light, i, 1, 1 / (pick.chance * static_cast<float>(kMostCandidates))});
     }
   }

@@ -45,7 +45,7 @@ class RadiosityIntegrator final : public Integrator {
     Ray ray;
     Rgb throughput{1, 1, 1};
     float footprint = 0, spread = 0;
-    V3f from{0, 0, 0};
+    LightReceiver from;
     float pdf = 0;  // of a specular direction; 0 = camera ray or delta lobe
     uint32_t receiver = kNone;
     bool sampledLights = false;
@@ -136,6 +136,8 @@ class RadiosityIntegrator final : public Integrator {
                      std::span<const RadiosityEngine::Spot> spots) const;
   void vertexValues(Wave& wave) const;
   void specularDirect(Wave& wave) const;
+  /// Lights that are picked for the lobes of a point, beside delta lights where those are few.
+  static int picksOf(const LightList& list);
   bool proceed(Wave& wave, size_t i, Walk& walk) const;
 
   const World& world_;

@@ -54,6 +54,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
       if (!(s.pdf > 0) || isBlack(s.weight)) continue;
       walk.throughput *= s.weight;
       walk.pdf = s.pdf, walk.delta = s.delta, walk.alpha = s.alpha;
+      walk.from = bsdf.receiver();
       const float time = world_.rayTime(walk.point.placement, hashOf(walk.seed, kTimeStream, bounce));
       w.walkRays.push_back(
           {leave(walk.point.facet(), s.direction), s.direction, 0, kInfinity, kSpecularRay, time});
@@ -75,7 +76,8 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
         Rgb sky;
         float pdf;
         lights.evaluate(light, {&walk.point.P, 1}, {&w.walkRays[j].direction, 1}, {&sky, 1}, {&pdf, 1});
-        walk.radiance += walk.throughput * sky * (walk.delta ? 1 : list.weightOfMet(light, walk.pdf, pdf));
+        walk.radiance +=
+            walk.throughput * sky * (walk.delta ? 1 : list.weightOfMet(walk.from, light, walk.pdf, pdf));
       }
     }
     world_.pointsAt(
@@ -94,8 +96,9 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
         const V2f uv = world_.geometry()
                            .surface(world_.geometry().placements()[hit.placement])
                            .surfaceParameters(hit.face, hit.u, hit.v);
-        const float weight =
-            walk.delta ? 1 : list.weightOfMet(light, walk.pdf, lights.areaPdf(light, walk.point.P, next));
+        const float weight = walk.delta ? 1
+                                        : list.weightOfMet(walk.from, light, walk.pdf,
+                                                           lights.areaPdf(light, walk.from.P, next));
         walk.radiance += walk.throughput * lights.emitted(light, next, -w.walkRays[j].direction, uv) * weight;
       }
       if (shading.shaderOf(hit.placement).active(PATINA_ENTRY_RADIOSITY))
@@ -146,7 +149,7 @@ void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t
     const Bsdf bsdf(walk.point, terms, w.specular.lobesOf(terms));
     if (!bsdf.scattersSmoothly(false)) continue;
     const float u = toUnit(static_cast<uint32_t>(hashOf(walk.seed, kLightChoiceStream, bounce) >> 32));
-    const LightList::Pick pick = list.pick(u);
+    const LightTree::Pick pick = list.pick(bsdf.receiver(), u);
     LightSample& s = w.lightSamples[i];
     const V2f random = sobol2(0, hashOf(walk.seed, kLightPointStream, bounce));
     lights.sample(pick.light, {&walk.point.P, 1}, {&random, 1}, {&s, 1});

@@ -81,6 +81,7 @@ struct RadiosityEngine::Walk {
   // Of the step that is being taken
   float pdf = 0, alpha = 0;
   bool delta = false;
+  LightReceiver from;
 };
 
 struct RadiosityEngine::Workspace {

@@ -22,27 +22,6 @@ void checkMoves(const ShaderInstance* displacement, const ShaderBinding& binding
 
 }  // namespace
 
-bool LightList::sees(uint32_t light) const {
-  return std::binary_search(area.begin(), area.end(), light) ||
-         std::binary_search(infinite.begin(), infinite.end(), light);
-}
-
-LightList::Pick LightList::pick(float u) const {
-  const auto found = std::upper_bound(cumulative.begin(), cumulative.end() - 1, u);
-  const float before = found == cumulative.begin() ? 0 : *std::prev(found);
-  return {sampled[static_cast<size_t>(found - cumulative.begin())], *found - before};
-}
-
-float LightList::chanceOf(uint32_t light) const {
-  const auto at = static_cast<size_t>(std::find(sampled.begin(), sampled.end(), light) - sampled.begin());
-  return at == sampled.size() ? 0 : cumulative[at] - (at ? cumulative[at - 1] : 0);
-}
-
-float LightList::weightOfMet(uint32_t light, float bsdfPdf, float lightPdf) const {
-  const float chance = chanceOf(light);
-  return chance > 0 ? misWeight(bsdfPdf, chance * lightPdf) : 1;
-}
-
 World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& errors)
     : scene_(scene), settings_(settings), errors_(errors), camera_(scene.camera, scene.options) {
   if (camera_.singular()) throw std::runtime_error("the camera's transformation is singular");
@@ -220,41 +199,7 @@ void World::addLightLists(const GeometryPart& part) {
     const std::vector<uint32_t>& wanted = geometry_->attributes(geometry_->placements()[k]).lights;
     const auto [found, isNew] = knownLists_.try_emplace(wanted, static_cast<uint32_t>(lightLists_.size()));
     lightListOf_[k] = found->second;
-    if (!isNew) continue;
-    LightList list;
-    for (const uint32_t light : wanted) {
-      switch (lights_->kind(light)) {
-        case PATINA_LIGHT_AMBIENT:
-          list.ambient.push_back(light);
-          break;
-        case PATINA_LIGHT_AREA:
-          list.area.push_back(light), list.sampled.push_back(light);
-          break;
-        case PATINA_LIGHT_DELTA:
-          list.sampled.push_back(light), ++list.deltas;
-          break;
-        case PATINA_LIGHT_INFINITE:
-          list.infinite.push_back(light);
-          if (lights_->isSmooth(light))
-            list.smooth = true;
-          else
-            list.sampled.push_back(light);
-          break;
-        default:
-          break;
-      }
-    }
-    // Powers are guesses: every light keeps a fair chance.
-    float sum = 0;
-    for (const uint32_t light : list.sampled) sum += std::max(lights_->power(light), 0.0f);
-    const auto n = static_cast<float>(list.sampled.size());
-    float total = 0;
-    for (const uint32_t light : list.sampled) {
-      const float share = sum > 0 && std::isfinite(sum) ? std::max(lights_->power(light), 0.0f) / sum : 1 / n;
-      list.cumulative.push_back(total += 0.5f * share + 0.5f / n);
-    }
-    for (float& c : list.cumulative) c /= total;
-    lightLists_.push_back(std::move(list));
+    if (isNew) lightLists_.push_back(LightList(*lights_, wanted));
   }
 }
 

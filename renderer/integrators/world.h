@@ -9,6 +9,7 @@
 #include "renderer/accel/accel.h"
 #include "renderer/base/sampling.h"
 #include "renderer/film/film.h"
+#include "renderer/integrators/light_list.h"
 #include "renderer/integrators/render.h"
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/displacement_shading.h"
@@ -21,31 +22,6 @@
 namespace patina {
 
 class OpacityCache;
-
-/// The lights of one light list, by what integrators do with them.
-struct LightList {
-  std::vector<uint32_t>
-      sampled;  ///< area, delta and infinite lights that are sampled for next-event estimation
-  std::vector<float> cumulative;  ///< chance of picking sampled[k], summed up
-  int deltas = 0;                 ///< of `sampled`: found by no ray
-  std::vector<uint32_t> ambient;
-  std::vector<uint32_t> infinite;  ///< found by rays that leave the scene, smooth or not
-  std::vector<uint32_t> area;      ///< found by rays that meet their geometry
-  bool smooth = false;             ///< some infinite light is left to the surface's own samples
-
-  bool sees(uint32_t light) const;  ///< whether an area or infinite light is on the list
-
-  struct Pick {
-    uint32_t light;
-    float chance;
-  };
-  /// One of `sampled`, which must not be empty, for u in [0, 1).
-  Pick pick(float u) const;
-  float chanceOf(uint32_t light) const;  ///< that pick() gives it: 0 for lights that are not sampled
-  /// What a BSDF's sample that met a light counts beside the light's own samples: the MIS weight, or 1 when
-  /// the light is not sampled. Densities over solid angle; `lightPdf` is that of the light once it is picked.
-  float weightOfMet(uint32_t light, float bsdfPdf, float lightPdf) const;
-};
 
 /// The width per length of a ray to a light, one of `rays` that share the light: the root of its share of the
 /// solid angle. Rays to lights without a size keep their width.

@@ -94,6 +94,12 @@ bool Bsdf::scattersSmoothly(bool withDiffuse) const {
   return std::any_of(lobes_.begin(), lobes_.end(), [](const Lobe& lobe) { return !isDelta(lobe); });
 }
 
+bool Bsdf::transmits() const {
+  if (!patina::isBlack(terms_.transmittance)) return true;
+  return std::any_of(lobes_.begin(), lobes_.end(),
+                     [](const Lobe& lobe) { return lobe.type == PATINA_LOBE_DIELECTRIC; });
+}
+
 Bsdf::Value Bsdf::evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) const {
   Value value;
   const float all = withDiffuse ? total_ : total_ - reflectChance_ - transmitChance_;

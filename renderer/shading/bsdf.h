@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "renderer/shading/light_bounds.h"
 #include "renderer/shading/shading_point.h"
 
 namespace patina {
@@ -52,6 +53,11 @@ class Bsdf {
 
   BsdfSample sample(float choice, const V2f& random) const { return sample(choice, random, true); }
   BsdfSample sampleSpecular(float choice, const V2f& random) const { return sample(choice, random, false); }
+
+  /// Whether light from behind the facet may scatter to the viewer.
+  bool transmits() const;
+  /// As lights see the point.
+  LightReceiver receiver() const { return {point_.P, point_.Ng, transmits()}; }
 
   bool hasLobes() const { return !lobes_.empty(); }
   bool isBlack() const { return total_ <= 0; }

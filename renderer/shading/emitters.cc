@@ -136,6 +136,31 @@ void Emitters::finish() {
   for (float& c : cumulative_) c /= total_;
 }
 
+LightBounds Emitters::bounds() const {
+  LightBounds all;
+  bool first = true;
+  for (const Shape& s : shapes_) {
+    if (!(s.area > 0)) continue;
+    LightCone cone{s.normal, 0, kPi / 2};
+    const V3f around(s.error, s.error, s.error);
+    const auto reach = [&](const V3f& p) {
+      all.box.extendBy(p - around);
+      all.box.extendBy(p + around);
+    };
+    if (s.kind == Shape::Kind::Sphere) {
+      const V3f r(s.edge1.x, s.edge1.x, s.edge1.x);
+      reach(s.corner - r), reach(s.corner + r);
+      cone = LightCone::everywhere();
+    } else {
+      reach(s.corner), reach(s.corner + s.edge1), reach(s.corner + s.edge2);
+      if (s.kind == Shape::Kind::Rectangle) reach(s.corner + s.edge1 + s.edge2);
+    }
+    all.cone = first ? cone : LightCone::merged(all.cone, cone);
+    first = false;
+  }
+  return all;
+}
+
 float Emitters::rectangleSolidAngle(const Shape& s, const V3f& from) {
   return SphericalRectangle(s.corner, s.edge1, s.edge2, from).solidAngle;
 }

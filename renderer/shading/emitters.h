@@ -7,14 +7,15 @@
 #include <vector>
 
 #include "renderer/geometry/geometry.h"
+#include "renderer/shading/light_bounds.h"
 
 namespace patina {
 
 /// A point chosen on an area light. `pdf` is per solid angle seen from the point to be lit; 0 = nothing
 /// chosen.
 struct EmitterSample {
-  V3f P{0, 0, 0}, N{0, 0, 1};         ///< N: unit, outside of the light
-  float error = 0;  ///< see Facet
+  V3f P{0, 0, 0}, N{0, 0, 1};  ///< N: unit, outside of the light
+  float error = 0;             ///< see Facet
   float pdf = 0;
   float u = 0, v = 0;  ///< the light's surface parameters (RI's u, v)
 };
@@ -27,6 +28,10 @@ class Emitters {
   bool empty() const { return shapes_.empty(); }
   float totalArea() const { return total_; }
 
+  /// Where the faces are and look to. A mesh of many faces is one light, and its bounds are those of all:
+  /// they say little where the mesh goes all around.
+  LightBounds bounds() const;
+
   EmitterSample sample(const V3f& from, V2f random) const;
 
   /// The density, per solid angle, with which sample() picks the direction from `from` to a point of the
@@ -36,9 +41,10 @@ class Emitters {
  private:
   struct Shape {
     enum class Kind : uint8_t { Triangle, Rectangle, Sphere } kind = Kind::Triangle;
-    V3f corner{0, 0, 0}, edge1{0, 0, 0}, edge2{0, 0, 0};  ///< sphere: corner is the centre, edge1.x the radius
-    V3f normal{0, 0, 1};                ///< outside; unused for spheres
-    V2f uv0{0, 0}, duv1{0, 0}, duv2{0, 0};       ///< surface parameters at the corner and along the edges
+    V3f corner{0, 0, 0}, edge1{0, 0, 0},
+        edge2{0, 0, 0};                     ///< sphere: corner is the centre, edge1.x the radius
+    V3f normal{0, 0, 1};                    ///< outside; unused for spheres
+    V2f uv0{0, 0}, duv1{0, 0}, duv2{0, 0};  ///< surface parameters at the corner and along the edges
     float error = 0;
     float area = 0;
     float sign = 1;  ///< sphere: -1 when the outside is the inside

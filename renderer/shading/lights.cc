@@ -103,6 +103,29 @@ Lights::Lights(const Geometry& geometry, std::span<const ShaderInstance* const> 
     }
 }
 
+LightBounds Lights::bounds(uint32_t index) const {
+  const Entry& light = lights_[index];
+  LightBounds bounds;
+  if (light.kind == PATINA_LIGHT_AREA) {
+    bounds = light.emitters->bounds();
+    bounds.twoSided = light.twoSided;
+    bounds.power = light.power;
+    return bounds;
+  }
+  bounds.power = light.power;
+  if (light.kind != PATINA_LIGHT_DELTA || !light.shader->has(PATINA_TRAIT_FROM_POINT)) return bounds;
+  const PatinaTraits& traits = light.shader->traits();
+  const V3f from(traits.light_from), axis(traits.light_axis);
+  if (!isFinite(from)) return bounds;
+  bounds.box = Box3f(from);
+  // The cone is passed as a spread with no light beyond: inside it is taken to be as bright as on the axis.
+  const float cone = traits.light_cone;
+  const V3f unit = normalizedOr(axis, V3f(0, 0, 0));
+  if (!isBlack(unit) && cone >= 0 && cone < kPi) bounds.cone = {unit, cone, 0};
+  bounds.power *= kPi;  // as all of delta lights: see LightSample::radiance
+  return bounds;
+}
+
 PatinaStatus Lights::call(const Entry& light, const PatinaLightIn& in, PatinaLightOut& out) const {
   ++light.statistics->calls;
   light.statistics->points += in.count;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/shading/emitters.h"
+#include "renderer/shading/light_bounds.h"
 #include "renderer/shading/shader_instance.h"
 #include "renderer/shading/shading_point.h"
 
@@ -13,11 +14,11 @@ namespace patina {
 
 /// Light from one direction. A surface with BRDF f receives f * radiance * cos / pdf.
 struct LightSample {
-  V3f direction{0, 0, 1};     ///< unit, towards the light
-  Rgb radiance{0, 0, 0};      ///< of a delta light: pi * Cl, that is irradiance of a facing surface, with pdf 1
-  float pdf = 0;       ///< per solid angle; 0 = no light
-  bool delta = false;  ///< no BSDF sample can find it
-  V3f target{0, 0, 0};        ///< the point of the light, moved off its surface, when `distance` is finite
+  V3f direction{0, 0, 1};  ///< unit, towards the light
+  Rgb radiance{0, 0, 0};   ///< of a delta light: pi * Cl, that is irradiance of a facing surface, with pdf 1
+  float pdf = 0;           ///< per solid angle; 0 = no light
+  bool delta = false;      ///< no BSDF sample can find it
+  V3f target{0, 0, 0};     ///< the point of the light, moved off its surface, when `distance` is finite
   float distance = kInfinity;
 };
 
@@ -37,6 +38,8 @@ class Lights {
   bool twoSided(uint32_t light) const { return lights_[light].twoSided; }
   bool seenByCamera(uint32_t light) const { return lights_[light].cameraVisible; }
   float power(uint32_t light) const { return lights_[light].power; }
+  /// Where its light comes from and goes to, for a LightTree.
+  LightBounds bounds(uint32_t light) const;
   /// Lights of kind INFINITE, ascending.
   std::span<const uint32_t> infinite() const { return infinite_; }
 

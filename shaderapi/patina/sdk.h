@@ -22,6 +22,7 @@
 // once. At the file's end: PATINA_SHADERS(S, ...). The smallest example is shaders/matte.cpp.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <new>
 
@@ -44,6 +45,16 @@ class Prepare {
   void lightPower(const Color& power) {
     traits.light_power = std::max(luminance(power), 0.0f);
     if (isBlack(power)) disable(PATINA_ENTRY_LIGHT);
+  }
+  /// Of a delta light that falls off with the square of the distance: where it shines from, in world space.
+  /// Many lights are then told apart by their distance. Beyond `cone` radians from `axis` there is no light.
+  void lightFrom(const Point& from, const Vector& axis = Vector(0, 0, 0), float cone = kPi) {
+    // Hosts of minor version 0 have no room for it.
+    if (traits.struct_size < offsetof(PatinaTraits, light_cone) + sizeof(float)) return;
+    traits.light_from[0] = from.x, traits.light_from[1] = from.y, traits.light_from[2] = from.z;
+    traits.light_axis[0] = axis.x, traits.light_axis[1] = axis.y, traits.light_axis[2] = axis.z;
+    traits.light_cone = cone;
+    set(PATINA_TRAIT_FROM_POINT);
   }
   void set(uint64_t flags) { traits.flags |= flags; }
   void clear(uint64_t flags) { traits.flags &= ~flags; }

@@ -32,7 +32,7 @@ extern "C" {
 #endif
 
 #define PATINA_ABI_MAJOR 1u /* in the symbol's name; differs = refused */
-#define PATINA_ABI_MINOR 0u /* newer plugins run with older hosts of the same major version */
+#define PATINA_ABI_MINOR 1u /* newer plugins run with older hosts of the same major version */
 #define PATINA_LANES 16u
 #define PATINA_MAX_LOBES 8u
 
@@ -285,6 +285,8 @@ typedef enum PatinaEntry {
                                                          the surface was not there */
 #define PATINA_TRAIT_SMOOTH        (UINT64_C(1) << 10) /* an infinite light whose radiance hardly changes with the direction:
                                                           surfaces sample it better than it does itself */
+#define PATINA_TRAIT_FROM_POINT    (UINT64_C(1) << 11) /* a DELTA light that shines from light_from alone, falls off with
+                                                          the square of the distance, and is black outside its cone */
 
 /* What `prepare` found out from the parameters. Zeroed by the host before the call but for struct_size. Traits hold for
  * every batch: they may depend on uniform parameters only, for a primitive variable may replace a varying one. */
@@ -298,6 +300,11 @@ typedef struct PatinaTraits {
     float light_power;               /* a guess at relative emitted power, to choose among lights; 0 = unknown. Of AREA lights
                                         the mean radiance: the host knows their area */
     uint32_t reserved;
+    /* Since minor version 1. With PATINA_TRAIT_FROM_POINT, world space; lights without it may shine from anywhere. */
+    float light_from[3];
+    float light_axis[3];             /* of the cone, of any length; zero: it shines all around */
+    float light_cone;                /* radians from light_axis to where there is no light any more */
+    uint32_t reserved2;
 } PatinaTraits;
 
 /* What `prepare` is given. Varying parameters hold their uniform value or default. */

@@ -69,6 +69,9 @@ TEST(ShaderAbi, MembersStayWhereTheyAre) {
   AT(PatinaTraits, flags, 40);
   AT(PatinaTraits, displacement_bound, 48);
   AT(PatinaTraits, light_power, 56);
+  AT(PatinaTraits, light_from, 64);
+  AT(PatinaTraits, light_axis, 76);
+  AT(PatinaTraits, light_cone, 88);
   AT(PatinaPrepare, host, 8);
   AT(PatinaPrepare, values, 16);
   AT(PatinaPrepare, shader_to_world, 88);

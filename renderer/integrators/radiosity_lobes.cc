@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light that reaches the camera's points by way of their lobes, from lights that are sampled.
+#include "renderer/integrators/radiosity_integrator.h"
+
+namespace patina {
+namespace {
+
+// Up to so many delta lights all shine on the lobes of a point. Of more, lights are picked as any others.
+constexpr int kMostDeltas = 16;
+constexpr int kPicks = 4;  // in place of all delta lights
+
+}  // namespace
+
+int RadiosityIntegrator::picksOf(const LightList& list) { return list.deltas > kMostDeltas ? kPicks : 1; }
+
+/// Direct light by way of lobes: delta lights all, of the others one per point; of many a few.
+void RadiosityIntegrator::specularDirect(Wave& wave) const {
+  const size_t n = wave.points.size();
+  const Lights& lights = world_.lights();
+  wave.direct.assign(n, Rgb(0, 0, 0));
+  struct Picked {
+    uint32_t point;
+    float chance;     // the number of times that it is expected to be picked
+    uint32_t number;  // of the pick
+  };
+  thread_local std::vector<std::vector<Picked>> byLight;
+  byLight.resize(lights.count());
+  for (auto& list : byLight) list.clear();
+  for (uint32_t i = 0; i < n; ++i) {
+    const LightList& list = world_.lightsOf(wave.points[i].placement);
+    if (list.sampled.empty()) continue;
+    const SurfaceTerms& terms = wave.shaded.terms[i];
+    const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
+    if (!bsdf.scattersSmoothly(false)) continue;
+    const Walk& walk = wave.walks[wave.active[i]];
+    const int picks = picksOf(list);
+    if (picks == 1)
+      for (const uint32_t light : list.sampled)
+        if (lights.isDelta(light)) byLight[light].push_back({i, 1, 0});
+    const float u = sobol1(walk.sample, walk.seed(kLightChoice)), count = static_cast<float>(picks);
+    const LightReceiver at = bsdf.receiver();
+    for (int k = 0; k < picks; ++k) {
+      const LightTree::Pick pick =
+          list.pick(at, std::min((u + static_cast<float>(k)) / count, kOneMinusEpsilon));
+      if (picks == 1 && lights.isDelta(pick.light)) continue;
+      byLight[pick.light].push_back({i, count * pick.chance, static_cast<uint32_t>(k)});
+    }
+  }
+  thread_local std::vector<V3f> positions;
+  thread_local std::vector<V2f> random;
+  thread_local std::vector<LightSample> samples;
+  thread_local std::vector<World::ShadowRay> shadowRays;
+  thread_local std::vector<std::pair<uint32_t, Rgb>> contributions;
+  thread_local std::vector<Rgb> visible;
+  for (uint32_t light = 0; light < byLight.size(); ++light) {
+    if (byLight[light].empty()) continue;
+    positions.clear(), random.clear(), shadowRays.clear(), contributions.clear();
+    for (const auto& [i, chance, number] : byLight[light]) {
+      const Walk& walk = wave.walks[wave.active[i]];
+      positions.push_back(wave.points[i].P);
+      const uint64_t seed = walk.seed(kLightPoint);
+      random.push_back(sobol2(walk.sample, number ? hashOf(seed, number) : seed));
+    }
+    samples.resize(positions.size());
+    lights.sample(light, positions, random, samples);
+    for (size_t k = 0; k < samples.size(); ++k) {
+      const LightSample& s = samples[k];
+      if (s.pdf == 0) continue;
+      const auto [i, chance, number] = byLight[light][k];
+      const SurfaceTerms& terms = wave.shaded.terms[i];
+      const Bsdf bsdf(wave.points[i], terms, wave.shaded.lobesOf(terms));
+      const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
+      if (isBlack(value.f)) continue;
+      const float pdf = s.pdf * chance;
+      // Without specular rays (classic) there is no other estimate to share with.
+      const float weight = s.delta || world_.settings().classic ? 1 : misWeight(pdf, value.pdf);
+      const Walk& walk = wave.walks[wave.active[i]];
+      const uint64_t seed = hashOf(walk.seed(kTime), walk.sample, light);
+      const float time = world_.rayTime(wave.points[i].placement, seed);
+      shadowRays.push_back(
+          {wave.points[i].facet(), &s, light, time, wave.points[i].footprint, raySpread(s, 1)});
+      contributions.emplace_back(i, value.f * s.radiance * (weight / pdf));
+    }
+    visible.resize(shadowRays.size());
+    world_.transmittance(shadowRays, visible, engine_.opacityCache());
+    for (size_t k = 0; k < visible.size(); ++k)
+      wave.direct[contributions[k].first] += contributions[k].second * visible[k];
+  }
+}
+
+}  // namespace patina
