@@ -57,6 +57,12 @@ LightTree::Pick LightList::pick(const LightReceiver& at, float u) const {
   return {sampled[picked.light], picked.chance};
 }
 
+void LightList::pickMany(const LightReceiver& at, uint32_t n, float u,
+                         std::vector<LightTree::Picks>& out) const {
+  tree_.pickMany(at, n, u, out);
+  for (LightTree::Picks& picks : out) picks.light = sampled[picks.light];
+}
+
 float LightList::chanceOf(const LightReceiver& at, uint32_t light) const {
   const auto found = std::lower_bound(sampled.begin(), sampled.end(), light);
   if (found == sampled.end() || *found != light) return 0;

@@ -26,6 +26,8 @@ struct LightList {
 
   /// One of `sampled`, which must not be empty, for u in [0, 1): by what it seems to give to the point.
   LightTree::Pick pick(const LightReceiver& at, float u) const;
+  /// n picks: see LightTree.
+  void pickMany(const LightReceiver& at, uint32_t n, float u, std::vector<LightTree::Picks>& out) const;
   /// That pick() gives the light: 0 for lights that are not sampled, or cannot reach the point.
   float chanceOf(const LightReceiver& at, uint32_t light) const;
   /// What a BSDF's sample that met a light counts beside the light's own samples: the MIS weight, or 1 when

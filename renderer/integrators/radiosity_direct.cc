@@ -19,7 +19,7 @@ enum Stream : uint64_t { kTimeStream = 5, kSelectStream = 6, kPickStream = 7, kL
 /// So many times the samples of one light are spread over all lights when there are more.
 constexpr int kLightsWorth = 4;
 /// Of more lights than this, so many are picked for each point.
-constexpr size_t kMostCandidates = 64;
+constexpr uint32_t kMostCandidates = 64;
 constexpr size_t kPointsAtOnce = 1024;
 
 }  // namespace
@@ -44,16 +44,20 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
       // Of each area light fewer samples, when there are many.
       const auto areas = static_cast<int>(n) - list.deltas;
       const auto count = static_cast<uint16_t>(std::clamp(most / std::max(areas, 1), 1, wanted));
-      for (const uint32_t light : list.sampled)
-        w.lightOf.push_back({light, i, takesOneSample(light) ? uint16_t{1} : count, 1.0f});
+      for (const uint32_t light : list.sampled) {
+        const uint16_t own = takesOneSample(light) ? 1 : count;
+        w.lightOf.push_back({light, i, own, own, 1.0f});
+      }
       continue;
     }
     const uint64_t seed = hashOf(requests[i].seed, kPickStream);
     const LightReceiver at{w.points[i].P, w.points[i].Ng, !isBlack(terms.transmittance)};
-    for (uint32_t k = 0; k < kMostCandidates; ++k) {
-      const float u = sobol1(static_cast<uint32_t>(requests[i].sample * kMostCandidates) + k, seed);
-      const LightTree::Pick pick = list.pick(at, u);
-      w.lightOf.push_back({pick.light, i, 1, 1 / (pick.chance * static_cast<float>(kMostCandidates))});
+    list.pickMany(at, kMostCandidates, sobol1(static_cast<uint32_t>(requests[i].sample), seed), w.lightPicks);
+    for (const LightTree::Picks& picks : w.lightPicks) {
+      const auto count = takesOneSample(picks.light) ? uint16_t{1} : static_cast<uint16_t>(picks.count);
+      w.lightOf.push_back(
+          {picks.light, i, count, uint16_t{kMostCandidates},
+           static_cast<float>(picks.count) / (picks.chance * static_cast<float>(kMostCandidates))});
     }
   }
   std::stable_sort(w.lightOf.begin(), w.lightOf.end(),
@@ -64,16 +68,12 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
   for (size_t begin = 0, next = 0; begin < w.lightOf.size(); begin = next) {
     const uint32_t light = w.lightOf[begin].light;
     w.positions.clear(), w.random.clear();
-    uint32_t again = 0;
     for (next = begin; next < w.lightOf.size() && w.lightOf[next].light == light; ++next) {
       const Workspace::LightOf& of = w.lightOf[next];
       const Request& request = requests[of.request];
-      // A light that was picked more than once gets other samples each time.
-      again = next > begin && w.lightOf[next - 1].request == of.request ? again + 1 : 0;
       for (uint32_t k = 0; k < of.count; ++k) {
         w.positions.push_back(w.points[of.request].P);
-        w.random.push_back(
-            sobol2((request.sample + again) * of.count + k, hashOf(request.seed, kLightStream, light)));
+        w.random.push_back(sobol2(request.sample * of.stride + k, hashOf(request.seed, kLightStream, light)));
       }
     }
     const size_t offset = w.lightSamples.size();
@@ -82,7 +82,7 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
     lightSampleCount += static_cast<int64_t>(w.positions.size());
     size_t at = offset;
     for (size_t entry = begin; entry < next; ++entry) {
-      const auto [ignored, i, count, share] = w.lightOf[entry];
+      const auto [ignored, i, count, stride, share] = w.lightOf[entry];
       const ShadingPoint& point = w.points[i];
       const SurfaceTerms& terms = w.shaded.terms[i];
       for (uint32_t k = 0; k < count; ++k, ++at) {

@@ -88,6 +88,7 @@ struct RadiosityEngine::Workspace {
   // shadeNested
   std::vector<ShadingPoint> points;
   ShadedPoints shaded;
+  std::vector<LightTree::Picks> lightPicks;
   std::vector<Rgb> front, back, extra;  // irradiance, of lights; ambient light
   std::vector<Irradiance> indirect;
   // addDirect
@@ -97,7 +98,8 @@ struct RadiosityEngine::Workspace {
   std::vector<LightSample> lightSamples;
   struct LightOf {
     uint32_t light, request;
-    uint16_t count;  // samples
+    uint16_t count;   // samples
+    uint16_t stride;  // of samples in the light's sequence, from one request of a point to the next
     float share;     // of the light's in the sum: what makes up for its chance to be picked
   };
   std::vector<LightOf> lightOf;

@@ -29,6 +29,14 @@ class LightTree {
   };
   /// One light, of at least one, for u in [0, 1).
   Pick pick(const LightReceiver& at, float u) const;
+  struct Picks {
+    uint32_t light;
+    float chance;    ///< of each pick
+    uint32_t count;  ///< >= 1
+  };
+  /// What pick() gives for the n numbers (k + u) / n, each light once: sooner than one by one, as the tree is
+  /// descended once. Of a light with chance p, n p picks are expected.
+  void pickMany(const LightReceiver& at, uint32_t n, float u, std::vector<Picks>& out) const;
   /// That pick() gives the light; the same to the last bit.
   float chanceOf(const LightReceiver& at, uint32_t light) const;
 
@@ -41,7 +49,7 @@ class LightTree {
   bool operator==(const LightTree&) const = default;
 
  private:
-  static constexpr size_t kFew = 4;  ///< lights that are chosen among one by one
+  static constexpr size_t kFew = 8;  ///< lights that are chosen among one by one
 
   /// Bounds as the choice needs them.
   struct Cluster {
@@ -61,13 +69,17 @@ class LightTree {
     Cluster cluster;
     uint32_t first = 0, count = 0;  ///< in leaves_
     uint32_t child = 0;             ///< 0: none, its lights are chosen among one by one
+    size_t options() const { return child ? 2 : count; }
     bool operator==(const Node&) const = default;
   };
   struct Builder;
+  double besideShare(const LightReceiver& at) const;
+  double weigh(const Node& node, const LightReceiver& at, std::span<double> weights) const;
   template <class Choose>
   double descend(const LightReceiver& at, Choose& choose) const;
   struct ByNumber;
   struct Towards;
+  struct Spreading;
 
   std::vector<Node> nodes_;
   std::vector<Cluster> leaves_;     ///< lights with a place, in the order of the tree

@@ -127,6 +127,36 @@ TEST(LightTree, PicksAsOftenAsItSays) {
   }
 }
 
+/// All at once as one by one, but for numbers on the very edges between lights.
+TEST(LightTree, ManyPicksAreThoseOfSingleOnes) {
+  Independent random(17);
+  for (const auto& [n, suns] : {std::pair<size_t, int>{2, 0}, {40, 0}, {40, 2}, {300, 1}, {9, 3}}) {
+    const LightTree tree(mixed(n, 5 * n, suns));
+    std::vector<LightTree::Picks> picks;
+    for (int k = 0; k < 200; ++k) {
+      const LightReceiver at = receiverIn(random, 12);
+      constexpr uint32_t kPicks = 64;
+      const float u = random.next();
+      tree.pickMany(at, kPicks, u, picks);
+      std::vector<int> counts(tree.lights());
+      uint32_t all = 0;
+      for (const LightTree::Picks& p : picks) {
+        EXPECT_NEAR(p.chance / tree.chanceOf(at, p.light), 1, 1e-5);
+        EXPECT_EQ(counts[p.light], 0);
+        // As even as can be.
+        EXPECT_LT(std::abs(static_cast<float>(p.count) - kPicks * p.chance), 1.001f);
+        counts[p.light] = static_cast<int>(p.count), all += p.count;
+      }
+      EXPECT_EQ(all, kPicks);
+      for (uint32_t i = 0; i < kPicks; ++i)
+        --counts[tree.pick(at, (static_cast<float>(i) + u) / kPicks).light];
+      int different = 0;
+      for (const int count : counts) different += std::abs(count);
+      EXPECT_LE(different, 2);
+    }
+  }
+}
+
 /// A point light behind the surface is of no use, and a panel that looks away; but what may just reach the
 /// point is not left out. The light that bounds stand for is sampled.
 TEST(LightTree, NoLightThatReachesThePointIsLeftOut) {
@@ -301,7 +331,7 @@ TEST(LightTree, LampsOfALongHall) {
   }
   RecordProperty("by_tree", std::to_string(byTree));
   RecordProperty("by_power", std::to_string(byPower));
-  EXPECT_LT(byTree, byPower / 10);  // 0.30 and 10.1
+  EXPECT_LT(byTree, byPower / 10);
 }
 
 }  // namespace
