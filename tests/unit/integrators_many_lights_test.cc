@@ -19,8 +19,8 @@ std::vector<Rgb> render(const std::string& world, const std::string& mode, int s
   settings.shadeAtHits = true;
   return renderPicture(
       "Format 8 8 1 PixelFilter \"box\" 1 1 Projection \"orthographic\" ScreenWindow -4 4 -4 4 "
-      "Translate 0 0 .8 Rotate -90 1 0 0 WorldBegin "
-      "Attribute \"trace\" \"int maxdiffusedepth\" [0] \"int maxspeculardepth\" [0] " +
+      "Translate 0 0 .5 Rotate -90 1 0 0 WorldBegin "
+      "Attribute \"trace\" \"int maxdiffusedepth\" [0] \"int maxspeculardepth\" [1] " +
           world + " WorldEnd",
       settings);
 }
@@ -46,20 +46,21 @@ std::string pointLights(const std::vector<Lamp>& all) {
              number(all[k].at.z) + "] ";
   return world;
 }
-std::string sphereLights(const std::vector<Lamp>& all) {
+std::string sphereLights(const std::vector<Lamp>& all, const std::string& r) {
   std::string world;
   for (size_t k = 0; k < all.size(); ++k) {
     const std::string name = std::to_string(k + 1);
     world += "AttributeBegin AreaLightSource \"arealight\" " + name + " \"float intensity\" [" +
-             number(20 * all[k].intensity) + "] Translate " + number(all[k].at.x) + number(all[k].at.y) +
-             number(all[k].at.z) + "Sphere .1 -.1 .1 360 AttributeEnd Illuminate " + name + " 1 ";
+             number(.2 / std::stod(r) / std::stod(r) * all[k].intensity) + "] Translate " +
+             number(all[k].at.x) + number(all[k].at.y) + number(all[k].at.z) + "Sphere " + r + " -" + r +
+             " " + r + " 360 AttributeEnd Illuminate " + name + " 1 ";
   }
   return world;
 }
 const std::string kFloor = "Polygon \"P\" [-90 0 -9  -90 0 9  90 0 9  90 0 -9] ";
 const std::string kMatte = "Surface \"matte\" \"float Ka\" [0] \"float Kd\" [1] Color [1 1 1] ";
 const std::string kPlastic =
-    "Surface \"plastic\" \"float Ka\" [0] \"float Kd\" [.5] \"float Ks\" [.5] \"float roughness\" [.1] ";
+    "Surface \"plastic\" \"float Ka\" [0] \"float Kd\" [.5] \"float Ks\" [.5] \"float roughness\" [.04] ";
 
 /// Of single pixels over pictures of different seeds.
 std::vector<bench::Summary> pixels(const std::string& world, const std::string& mode, int samples,
@@ -119,15 +120,15 @@ TEST(ManyLights, PathModeAgreesWithTheSumOfAllAndScattersLittle) {
 /// Of up to 64 lights mode direct samples every one: so the picks of path mode, its MIS with what the lobes
 /// find, and the bulbs in each other's way are right.
 TEST(ManyLights, PicksHaveTheMeanOfAllLights) {
-  const std::string world = sphereLights(lamps(60)) + kPlastic + kFloor;
+  const std::string world = sphereLights(lamps(60), ".45") + kPlastic + kFloor;
   expectSameMeans(pixels(world, "path", 32, 16), pixels(world, "direct", 4, 16));
 }
 
 /// Of more lights, candidates are picked; of more than a few delta lights those for the lobes, too.
 TEST(ManyLights, CandidatesHaveTheMeanOfAllLights) {
   for (const std::string& lights :
-       {pointLights(lamps(150)), sphereLights(lamps(150)),
-        sphereLights(lamps(100)) + "Illuminate 1 0 " +
+       {pointLights(lamps(150)), sphereLights(lamps(150), ".1"),
+        sphereLights(lamps(100), ".4") + "Illuminate 1 0 " +
             "LightSource \"distantlight\" \"sun\" \"float intensity\" [.2] \"point "
             "from\" [1 3 1] \"point to\" [0 0 0] \"float angle\" [3] "})
     expectSameMeans(pixels(lights + kPlastic + kFloor, "path", 32, 16),
