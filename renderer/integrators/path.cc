@@ -264,7 +264,8 @@ void PathIntegrator::sampleLights(Wave& wave) const {
       const Bsdf::Value value = bsdf.evaluate(s.direction, s.delta);
       if (isBlack(value.f)) continue;
       const float pdf = s.pdf * wave.lightChance[i];
-      const float weight = s.delta ? 1 : misWeight(pdf, value.pdf);
+      // Without rays that follow (classic) there is no other estimate to share with.
+      const float weight = s.delta || world_.settings().classic ? 1 : misWeight(pdf, value.pdf);
       const Path& path = wave.paths[wave.pathOf[i]];
       const uint64_t seed = hashOf(path.seed(kTime), path.sample, 1);
       const float time = world_.rayTime(wave.points[i].placement, seed);

@@ -194,9 +194,9 @@ bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
     walk.ray.tNear = 0, walk.ray.tFar -= met.t;  // the far plane stays where it is
     return true;
   }
-  if (!specular) return false;
+  if (!specular || !followsLobes(walk, point.placement)) return false;
   walk.maxSpecular = std::min(walk.maxSpecular, walk.specularDepth + attributes.maxSpecularDepth);
-  if (walk.specularDepth++ >= walk.maxSpecular) return false;
+  ++walk.specularDepth;
   const float choice = std::clamp((u - through) / (1 - through), 0.0f, kOneMinusEpsilon);
   const BsdfSample s = bsdf.sampleSpecular(choice, sobol2(walk.sample, walk.seed(kDirection)));
   if (!(s.pdf > 0) || isBlack(s.weight)) return false;

@@ -135,6 +135,7 @@ class RadiosityIntegrator final : public Integrator {
   void shadeRequests(Wave& wave, std::span<const uint32_t> which, Purpose purpose,
                      std::span<const RadiosityEngine::Spot> spots) const;
   void vertexValues(Wave& wave) const;
+  bool followsLobes(const Walk& walk, uint32_t placement) const;
   void specularDirect(Wave& wave) const;
   /// Lights that are picked for the lobes of a point, beside delta lights where those are few.
   static int picksOf(const LightList& list);

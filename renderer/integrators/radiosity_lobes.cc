@@ -13,6 +13,12 @@ constexpr int kPicks = 4;  // in place of all delta lights
 
 int RadiosityIntegrator::picksOf(const LightList& list) { return list.deltas > kMostDeltas ? kPicks : 1; }
 
+/// Whether a specular ray may leave a point: see proceed().
+bool RadiosityIntegrator::followsLobes(const Walk& walk, uint32_t placement) const {
+  const int most = world_.attributesOf(placement).maxSpecularDepth;
+  return !world_.settings().classic && most > 0 && walk.specularDepth < walk.maxSpecular;
+}
+
 /// Direct light by way of lobes: delta lights all, of the others one per point; of many a few.
 void RadiosityIntegrator::specularDirect(Wave& wave) const {
   const size_t n = wave.points.size();
@@ -72,9 +78,10 @@ void RadiosityIntegrator::specularDirect(Wave& wave) const {
       const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
       if (isBlack(value.f)) continue;
       const float pdf = s.pdf * chance;
-      // Without specular rays (classic) there is no other estimate to share with.
-      const float weight = s.delta || world_.settings().classic ? 1 : misWeight(pdf, value.pdf);
+      // Where no specular ray follows there is no other estimate to share with.
       const Walk& walk = wave.walks[wave.active[i]];
+      const bool shares = !s.delta && followsLobes(walk, wave.points[i].placement);
+      const float weight = shares ? misWeight(pdf, value.pdf) : 1;
       const uint64_t seed = hashOf(walk.seed(kTime), walk.sample, light);
       const float time = world_.rayTime(wave.points[i].placement, seed);
       shadowRays.push_back(

@@ -165,7 +165,9 @@ void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t
   for (size_t k = 0; k < w.shadowRays.size(); ++k) {
     const LightSample& s = *w.shadowRays[k].to;
     Walk& walk = walks[which[w.vertexOf[k]]];
-    const float pdf = s.pdf * w.chance[k], weight = s.delta ? 1 : misWeight(pdf, w.values[k].pdf);
+    const float pdf = s.pdf * w.chance[k];
+    const bool shares = !s.delta && static_cast<int>(bounce) < walk.most;  // else no lobe is followed
+    const float weight = shares ? misWeight(pdf, w.values[k].pdf) : 1;
     walk.radiance += walk.throughput * w.values[k].f * s.radiance * w.visible[k] * (weight / pdf);
   }
 }

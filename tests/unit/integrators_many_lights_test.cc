@@ -135,5 +135,12 @@ TEST(ManyLights, CandidatesHaveTheMeanOfAllLights) {
                     pixels(lights + kPlastic + kFloor, "direct", 4, 16));
 }
 
+/// Where no specular ray may follow, what lights give by way of a lobe is not to be shared with one.
+TEST(ManyLights, HighlightsNeedNoSpecularDepth) {
+  const std::string world =
+      sphereLights(lamps(4), ".45") + "Attribute \"trace\" \"int maxspeculardepth\" [0] " + kPlastic + kFloor;
+  expectSameMeans(pixels(world, "path", 32, 16), pixels(world, "direct", 8, 16));
+}
+
 }  // namespace
 }  // namespace patina
