@@ -16,8 +16,8 @@ STAT_COUNTER("Points/bounces baked", bounceCount);
 STAT_COUNTER("Points/rasters drawn", rasterCount);
 STAT_TIME("Time of threads/rasters of surfels", rasterTime);
 
-/// Bytes of the octree for a surfel, measured (PointTree.MemoryIsCounted), and of what baking needs beside.
-constexpr size_t kBytesOfSurfel = 420;
+/// Bytes for a surfel: of the octree, up to 360 as seen, and of its piece and radiances while it is baked.
+constexpr size_t kBytesOfSurfel = 600;
 constexpr size_t kBatch = 1024;
 /// Receivers see nothing that is nearer than so many times the error of their place.
 constexpr float kErrors = 16;
@@ -49,10 +49,11 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
       P[k] = geometry.facet(placement, face, corners[k].x, corners[k].y).P;
       middle += corners[k] / static_cast<float>(n), center += P[k] / static_cast<float>(n);
     }
-    const float area =
-        (n == 4 ? (P[3] - P[0]).cross(P[2] - P[1]) : (P[1] - P[0]).cross(P[2] - P[0])).length() / 2;
-    const V3f N = normalizedOr((P[1] - P[0]).cross(P[n - 1] - P[0]), V3f(0, 0, 1));
-    const V3f U = normalizedOr(P[1] - P[0], Frame(N).x), V = N.cross(U);
+    // At a pole two corners are one.
+    const V3f normal = n == 4 ? (P[3] - P[0]).cross(P[2] - P[1]) : (P[1] - P[0]).cross(P[2] - P[0]);
+    const float area = normal.length() / 2;
+    const V3f N = normalizedOr(normal, V3f(0, 0, 1));
+    const V3f U = normalizedOr(P[1] - P[0], normalizedOr(P[n - 1] - P[n - 2], Frame(N).x)), V = N.cross(U);
     float radius = 0, halfU = 0, halfV = 0;
     for (int k = 0; k < n; ++k) {
       const V3f d = P[k] - center;
@@ -163,7 +164,7 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
   std::vector<Rgb> front(pieces.size()), back(pieces.size());
   tbb::parallel_for(size_t{0}, pieces.size(), [&](size_t k) {
     const Piece& p = pieces[k];
-    const ShadingPoint point = world.shading().at(p.placement, p.face, p.u, p.v, true, p.size);
+    const ShadingPoint point = pointOf(p, true);
     Surfel& s = surfels[k];
     // Between the surface and the plane of the corners: so that bent pieces hide as much as there is, neither
     // what tangents cut off nor what chords leave out.
@@ -218,7 +219,7 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
         sum += V3d(front[k] + back[k]);
         gained += V3d(front[k] - frontBefore[k] + back[k] - backBefore[k]);
       }
-      if (bounce > 1 && addRest(pieces, bounces - 1 - bounce, sum, gained, gainedBefore, frontBefore,
+      if (bounce > 1 && addRest(pieces, bounce, bounces - 1, sum, gained, gainedBefore, frontBefore,
                                 backBefore, front, back))
         bounce = bounces;
     }
@@ -265,10 +266,10 @@ void BakedPoints::findAlone(const RadiosityEngine& engine, std::vector<Piece>& p
   });
 }
 
-/// What `more` bounces would add, each of them as much less than the one before as the last: once that is
-/// little. Sums over pieces, by channel; false: it is not.
-bool BakedPoints::addRest(const std::vector<Piece>& pieces, int more, const V3d& sum, const V3d& gained,
-                          const V3d& gainedBefore, const std::vector<Rgb>& frontBefore,
+/// What bounces after `bounce`, up to `last`, would add, each of them as much less than the one before as the
+/// last: once that is little. Sums over pieces, by channel; false: it is not.
+bool BakedPoints::addRest(const std::vector<Piece>& pieces, int bounce, int last, const V3d& sum,
+                          const V3d& gained, const V3d& gainedBefore, const std::vector<Rgb>& frontBefore,
                           const std::vector<Rgb>& backBefore, std::vector<Rgb>& front,
                           std::vector<Rgb>& back) const {
   std::array<double, 3> ratio;
@@ -277,11 +278,11 @@ bool BakedPoints::addRest(const std::vector<Piece>& pieces, int more, const V3d&
     constexpr double kMostRatio = 0.99;
     ratio[static_cast<size_t>(c)] =
         gainedBefore[c] > 0 ? std::clamp(gained[c] / gainedBefore[c], 0.0, kMostRatio) : 0;
-    if (restOf(ratio[static_cast<size_t>(c)], more) * gained[c] > kRest * sum[c]) return false;
+    if (restOf(ratio[static_cast<size_t>(c)], last - bounce) * gained[c] > kRest * sum[c]) return false;
   }
   for (size_t k = 0; k < pieces.size(); ++k) {
     // Objects that allow fewer bounces have theirs.
-    const int left = std::min(more, world_.attributesOf(pieces[k].placement).maxDiffuseDepth - 1);
+    const int left = std::min(last, world_.attributesOf(pieces[k].placement).maxDiffuseDepth) - bounce;
     for (int c = 0; c < 3; ++c) {
       const auto part = static_cast<float>(restOf(ratio[static_cast<size_t>(c)], std::max(left, 0)));
       front[k][c] += (front[k][c] - frontBefore[k][c]) * part;

@@ -13,7 +13,7 @@ namespace patina {
 class BakedPoints {
  public:
   struct Settings {
-    PointRaster::Settings raster;
+    PointRaster::Settings raster;  ///< of the picture; while baking, of three quarters of the resolution
     /// Diffuse ones in all, no more than any object allows; 0: as many as those allow, of which what the last
     /// ones add is estimated when it is little.
     int bounces = 0;
@@ -77,7 +77,7 @@ class BakedPoints {
                       const std::vector<Rgb>& back);
   void bake(const RadiosityEngine& engine, const Bounce& bounce, const std::vector<Piece>& pieces,
             std::vector<Rgb>& front, std::vector<Rgb>& back) const;
-  bool addRest(const std::vector<Piece>& pieces, int more, const V3d& sum, const V3d& gained,
+  bool addRest(const std::vector<Piece>& pieces, int bounce, int last, const V3d& sum, const V3d& gained,
                const V3d& gainedBefore, const std::vector<Rgb>& frontBefore,
                const std::vector<Rgb>& backBefore, std::vector<Rgb>& front, std::vector<Rgb>& back) const;
 

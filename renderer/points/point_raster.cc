@@ -186,7 +186,7 @@ void PointRaster::look(const PointTree& tree, uint32_t index) {
   const V3f local = frame_.toLocal(node.center - P_);
   const float distance2 = local.length2();
   // Of a sphere with the radius r at the distance d: 2 pi (1 - root(1 - r^2 / d^2)), about pi r^2 / d^2.
-  // What lies in no planes has an outline that its square does not follow: it is no larger than a pixel.
+  // What lies in no planes has an outline that its square does not follow: it is no larger than kOutline.
   const float pixel = 2 / static_cast<float>(resolution_);
   const float most = node.planeCount > 0 && node.isCovered
                          ? maxSolidAngle_

@@ -63,7 +63,7 @@ class PointRaster {
   void trace(const PointTree::Plane& plane);
   template <bool IsBoxed>
   void trace(const Target& target);
-  /// The pixels of a face in which something of a target's box may be.
+  /// The pixels of a face in which something of a target's rectangle may be.
   struct Pixels {
     int column0 = 0, column1 = 0, row0 = 0, row1 = 0;
   };

@@ -4,6 +4,7 @@
 #include "renderer/accel/accel.h"
 #include "renderer/shading/emitters.h"
 #include "tests/unit/chi_square.h"
+#include "tests/unit/mesh_primitive.h"
 
 namespace patina::test {
 namespace {
@@ -31,16 +32,6 @@ class Light {
   std::unique_ptr<Geometry> geometry_;
   std::unique_ptr<Accel> accel_;
 };
-
-Primitive mesh(std::vector<float> points, std::vector<int> counts, std::vector<int> vertices) {
-  Primitive p;
-  p.shape = PolygonMesh{std::vector<int>(counts.size(), 1), std::move(counts), std::move(vertices)};
-  PrimVar v;
-  v.name = "P", v.storage = StorageClass::Vertex, v.type = ValueType::Point, v.components = 3;
-  v.floats = std::move(points);
-  p.variables.push_back(std::move(v));
-  return p;
-}
 
 Primitive quadric(Quadric::Kind kind, std::array<float, 6> values, const V3d& at, float thetaMax = 360) {
   Primitive p;
@@ -122,7 +113,7 @@ std::string named(const std::string& name, const V3f& from) {
 
 // By solid angle, except from far away. Near: a hundredth of its width off its middle, and off a corner.
 TEST(EmittersChiSquare, Rectangle) {
-  const Light light({mesh({-1, -0.5f, 2, 1, -0.5f, 2, 1, 0.5f, 2, -1, 0.5f, 2}, {4}, {0, 1, 2, 3})});
+  const Light light({meshPrimitive({-1, -0.5f, 2, 1, -0.5f, 2, 1, 0.5f, 2, -1, 0.5f, 2}, {4}, {0, 1, 2, 3})});
   const std::vector<Face> faces{{0, 0, {-1, -0.5f, 2}, {2, 0, 0}, {0, 1, 0}}};
   Fits fits;
   for (const V3f& from : {V3f(0, 0, 0), V3f(0.2f, 0.1f, 2.02f), V3f(0.98f, 0.48f, 1.99f), V3f(3, 2, 1.5f),
@@ -131,7 +122,7 @@ TEST(EmittersChiSquare, Rectangle) {
 }
 
 TEST(EmittersChiSquare, Triangle) {
-  const Light light({mesh({0, 0, 2, 1, 0, 2.5f, 0, 1, 2}, {3}, {0, 1, 2})});
+  const Light light({meshPrimitive({0, 0, 2, 1, 0, 2.5f, 0, 1, 2}, {3}, {0, 1, 2})});
   const std::vector<Face> faces{{0, 0, {0, 0, 2}, {1, 0, 0.5f}, {0, 1, 0}, true}};
   Fits fits;
   for (const V3f& from : {V3f(0.3f, 0.3f, 0), V3f(0.3f, 0.2f, 2.2f), V3f(-30, 10, 50)})
@@ -144,8 +135,8 @@ TEST(EmittersChiSquare, BoxOfRectangles) {
   std::vector<float> points;
   for (int k = 0; k < 8; ++k)
     for (int axis = 0; axis < 3; ++axis) points.push_back(k >> axis & 1 ? high[axis] : low[axis]);
-  const Light light({mesh(points, {4, 4, 4, 4, 4, 4},
-                          {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5})});
+  const Light light({meshPrimitive(
+      points, {4, 4, 4, 4, 4, 4}, {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5})});
   const V3f x(size.x, 0, 0), y(0, size.y, 0), z(0, 0, size.z);
   const std::vector<Face> faces{{0, 0, low, y, x},     {0, 1, low + z, x, y}, {0, 2, low, x, z},
                                 {0, 3, low + y, z, x}, {0, 4, low, z, y},     {0, 5, low + x, y, z}};
@@ -156,8 +147,8 @@ TEST(EmittersChiSquare, BoxOfRectangles) {
 
 // A light of several shapes: two triangles and a rectangle.
 TEST(EmittersChiSquare, LightOfSeveralShapes) {
-  const Light light({mesh({0, 0, 2, 1, 0, 2.5f, 0, 1, 2, 1, 1, 4}, {3, 3}, {0, 1, 2, 3, 2, 1}),
-                     mesh({3, 0, 0, 3, 2, 0, 3, 2, 1, 3, 0, 1}, {4}, {0, 1, 2, 3})});
+  const Light light({meshPrimitive({0, 0, 2, 1, 0, 2.5f, 0, 1, 2, 1, 1, 4}, {3, 3}, {0, 1, 2, 3, 2, 1}),
+                     meshPrimitive({3, 0, 0, 3, 2, 0, 3, 2, 1, 3, 0, 1}, {4}, {0, 1, 2, 3})});
   const std::vector<Face> faces{{0, 0, {0, 0, 2}, {1, 0, 0.5f}, {0, 1, 0}, true},
                                 {0, 1, {1, 1, 4}, {-1, 0, -2}, {0, -1, -1.5f}, true},
                                 {1, 0, {3, 0, 0}, {0, 2, 0}, {0, 0, 1}}};

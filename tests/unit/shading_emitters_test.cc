@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mesh_primitive.h"
 #include "renderer/base/sampling.h"
 
 namespace patina {
@@ -37,19 +38,6 @@ struct Fixture {
   }
 };
 
-Primitive polygon(std::vector<float> points) {
-  Primitive p;
-  const auto n = static_cast<int>(points.size() / 3);
-  PolygonMesh mesh{{1}, {n}, {}};
-  for (int k = 0; k < n; ++k) mesh.vertices.push_back(k);
-  p.shape = mesh;
-  PrimVar v;
-  v.name = "P", v.storage = StorageClass::Vertex, v.type = ValueType::Point, v.components = 3;
-  v.floats = std::move(points);
-  p.variables.push_back(std::move(v));
-  return p;
-}
-
 /// Irradiance under a uniform polygon by Lambert's formula: E = 1/2 sum of theta_i (Gamma_i . n).
 double lambert(const std::vector<V3d>& corners, const V3d& from, const V3d& normal) {
   V3d sum(0, 0, 0);
@@ -64,7 +52,7 @@ double lambert(const std::vector<V3d>& corners, const V3d& from, const V3d& norm
 
 TEST(Emitters, RectanglesGiveLambertsIrradianceFarAndNear) {
   Fixture f;
-  f.build(polygon({-1, -0.5f, 2, 1, -0.5f, 2, 1, 0.5f, 2, -1, 0.5f, 2}));
+  f.build(polygonPrimitive({-1, -0.5f, 2, 1, -0.5f, 2, 1, 0.5f, 2, -1, 0.5f, 2}));
   const std::vector<V3d> corners{{-1, -0.5, 2}, {1, -0.5, 2}, {1, 0.5, 2}, {-1, 0.5, 2}};
   for (const V3f& from :
        {V3f(0, 0, 0), V3f(0.9f, 0.3f, 1.9f), V3f(3, 2, 0), V3f(30, 10, -80), V3f(0, 0, 1.999f)}) {
@@ -75,7 +63,7 @@ TEST(Emitters, RectanglesGiveLambertsIrradianceFarAndNear) {
 
 TEST(Emitters, TrianglesGiveLambertsIrradiance) {
   Fixture f;
-  f.build(polygon({0, 0, 2, 1, 0, 2.5f, 0, 1, 2}));
+  f.build(polygonPrimitive({0, 0, 2, 1, 0, 2.5f, 0, 1, 2}));
   const std::vector<V3d> corners{{0, 0, 2}, {1, 0, 2.5}, {0, 1, 2}};
   for (const V3f& from : {V3f(0.3f, 0.3f, 0), V3f(-2, 1, 0.5f)}) {
     const double expected = lambert(corners, V3d(from), {0, 0, 1});
@@ -102,7 +90,7 @@ TEST(Emitters, SpheresGivePiTimesTheSquareOfTheirAngle) {
 
 TEST(Emitters, DensitiesOfHitsAgreeWithThoseOfSamples) {
   Fixture f;
-  f.build(polygon({-1, -0.5f, 2, 1, -0.5f, 2, 1, 0.5f, 2, -1, 0.5f, 2}));
+  f.build(polygonPrimitive({-1, -0.5f, 2, 1, -0.5f, 2, 1, 0.5f, 2, -1, 0.5f, 2}));
   for (uint32_t k = 0; k < 100; ++k) {
     const V3f from(0.3f, -2, 0.5f);
     const EmitterSample s = f.emitters.sample(from, sobol2(k, 4));

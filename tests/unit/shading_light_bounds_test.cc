@@ -5,22 +5,15 @@
 #include "renderer/shading/light_tree.h"
 #include "renderer/shading/lights.h"
 #include "tests/unit/chi_square.h"
+#include "tests/unit/mesh_primitive.h"
 #include "tests/unit/plugins/bound_shader.h"
 
 namespace patina::test {
 namespace {
 
 Primitive polygon(std::vector<float> points, uint32_t attributes) {
-  Primitive p;
+  Primitive p = polygonPrimitive(std::move(points));
   p.attributes = attributes;
-  const auto n = static_cast<int>(points.size() / 3);
-  PolygonMesh mesh{{1}, {n}, {}};
-  for (int k = 0; k < n; ++k) mesh.vertices.push_back(k);
-  p.shape = mesh;
-  PrimVar v;
-  v.name = "P", v.storage = StorageClass::Vertex, v.type = ValueType::Point, v.components = 3;
-  v.floats = std::move(points);
-  p.variables.push_back(std::move(v));
   return p;
 }
 
