@@ -132,7 +132,8 @@ void EmbreeScene::addFacets(uint32_t traced, const Tessellation::Member& member,
     to.grids.push_back(
         {tessellation.first[member.firstTile + tile], row, row, static_cast<uint16_t>(r.cellsV() + 1)});
     to.owners.push_back({traced, tile});
-    if (rates.tiling > 0 || surface.faceShape(rates.faceOf(tile)) != FaceShape::Quad) {
+    const bool thinned = r.isThinned(0) || r.isThinned(1) || r.isThinned(2) || r.isThinned(3);
+    if (rates.tiling > 0 || thinned || surface.faceShape(rates.faceOf(tile)) != FaceShape::Quad) {
       to.rates.resize(to.owners.size());
       to.rates.back() = &rates;
     }
@@ -155,8 +156,8 @@ FaceOwner EmbreeScene::ownerOf(const Part& part, uint32_t primitive, float& u, f
   if (primitive >= part.rates.size() || !part.rates[primitive]) return owner;
   const SurfaceRates& rates = *part.rates[primitive];
   const uint32_t face = rates.faceOf(owner.face);
-  const V2f uv =
-      tileToFace(rates, part.scene->geometry_.surface(owner.traced).faceShape(face), owner.face, {u, v});
+  const V2f uv = tileToFace(rates, part.scene->geometry_.surface(owner.traced).faceShape(face), owner.face,
+                            gridToTile(rates.tiles[owner.face], {u, v}));
   u = uv.x, v = uv.y;
   owner.face = face;
   return owner;

@@ -10,9 +10,9 @@
 namespace patina {
 namespace {
 
-constexpr float kTolerance = 0.05f;                               // pixels between a facet and the surface
-constexpr float kTurn = 12.0f * std::numbers::pi_v<float> / 180;  // normals turn no more within a facet
-constexpr float kMostTurn = std::numbers::pi_v<float> / 2;        // however small they are
+constexpr float kTolerance = 0.0125f;                            // pixels between a facet and the surface
+constexpr float kTurn = 6.0f * std::numbers::pi_v<float> / 180;  // normals turn no more within a facet
+constexpr float kMostTurn = std::numbers::pi_v<float> / 2;       // however small they are
 constexpr float kOffScreenFactor = 0.25f;  // facets outside the view are so much coarser (in length)
 constexpr float kMargin = 16;              // pixels around the frame that count as seen
 constexpr uint8_t kMostLevels = 9;         // 512 facets along a tile
@@ -37,6 +37,7 @@ Sphere boundingSphere(const Box3f& box, const M44f& m) {
 struct Wanted {
   float u = 1, v = 1;
   std::array<float, kTileSides> side{1, 1, 1, 1};
+  uint8_t points = 0;  ///< see TileRates
 };
 
 /// Rounded up to a power of two.
@@ -65,6 +66,7 @@ class Meter {
   }
 
  private:
+  uint8_t sidesThatArePoints(uint32_t samples) const;
   void measureLine(const SurfacePoint* line, size_t step, uint32_t samples, float& inside,
                    float* alongSide) const;
 
@@ -106,6 +108,20 @@ void Meter::measureLine(const SurfacePoint* line, size_t step, uint32_t samples,
   }
 }
 
+uint8_t Meter::sidesThatArePoints(uint32_t samples) const {
+  constexpr float kPoint = 1e-5f;  // of the tile's size
+  const size_t row = samples + size_t{1}, last = row * samples;
+  const auto& p = points_;
+  const float size = std::max((p[last + samples].P - p[0].P).length(), (p[last].P - p[samples].P).length());
+  const auto isPoint = [&](size_t begin, size_t step) {
+    for (size_t k = 1; k <= samples; ++k)
+      if (!((p[begin + k * step].P - p[begin].P).length() <= kPoint * size)) return 0;
+    return 1;
+  };
+  return static_cast<uint8_t>(isPoint(0, 1) | isPoint(last, 1) << 1 | isPoint(0, row) << 2 |
+                              isPoint(samples, row) << 3);
+}
+
 Wanted Meter::measure(uint32_t face, float s, float t, float size, uint32_t samples) {
   const FaceShape shape = surface_.faceShape(face);
   const uint32_t row = samples + 1;
@@ -133,6 +149,7 @@ Wanted Meter::measure(uint32_t face, float s, float t, float size, uint32_t samp
   }
   for (SurfacePoint& p : points_) p.P = transformPoint(p.P, toWorld_);
   Wanted wanted;
+  wanted.points = sidesThatArePoints(samples);
   for (uint32_t k = 0; k <= samples; ++k) {
     const bool first = k == 0, last = k == samples;
     measureLine(&points_[size_t{k} * row], 1, samples, wanted.u,
@@ -152,6 +169,7 @@ TileRates ratesOf(const Wanted& wanted) {
   for (size_t k = 0; k < kTileSides; ++k) r.side[k] = levelOf(wanted.side[k]);
   r.u = std::max({levelOf(wanted.u), r.side[0], r.side[1]});
   r.v = std::max({levelOf(wanted.v), r.side[2], r.side[3]});
+  r.points = wanted.points;
   return r;
 }
 
@@ -177,26 +195,6 @@ void agreeOnEdges(const Surface& surface, SurfaceRates& rates) {
 }
 
 }  // namespace
-
-FacetPlace locateFacet(const SurfaceRates& rates, FaceShape shape, uint32_t face, const V2f& uv) {
-  const V2f st = faceToGrid(shape, uv);
-  const uint32_t along = rates.tilesAlong();
-  const auto cellOf = [](float x, uint32_t cells) {
-    return std::min(static_cast<uint32_t>(std::max(x, 0.0f)), cells - 1);
-  };
-  const float x = st.x * static_cast<float>(along), y = st.y * static_cast<float>(along);
-  const uint32_t column = cellOf(x, along), row = cellOf(y, along);
-  FacetPlace at;
-  at.tile = (((face << rates.tiling) + row) << rates.tiling) + column;
-  const TileRates& r = rates.tiles[at.tile];
-  const float s = (x - static_cast<float>(column)) * static_cast<float>(r.cellsU()),
-              t = (y - static_cast<float>(row)) * static_cast<float>(r.cellsV());
-  const uint32_t i = cellOf(s, r.cellsU()), j = cellOf(t, r.cellsV());
-  at.row = r.cellsU() + 1;
-  at.vertex = j * at.row + i;
-  at.uv = {s - static_cast<float>(i), t - static_cast<float>(j)};
-  return at;
-}
 
 V3f pointOnSide(const V3f& from, const V3f& to, double share) {
   if (share <= 0) return from;

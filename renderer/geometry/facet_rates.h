@@ -20,10 +20,21 @@ inline constexpr uint32_t kTileSides = 4;
 struct TileRates {
   uint8_t u = 0, v = 0;
   std::array<uint8_t, kTileSides> side{};
+  uint8_t points = 0;  ///< a bit for each side that is a point, like those at poles
 
   uint32_t cellsU() const { return 1u << u; }
   uint32_t cellsV() const { return 1u << v; }
   size_t vertices() const { return size_t{cellsU() + 1} * (cellsV() + 1); }
+
+  /// Whether vertices along side k stand elsewhere than their parameters are.
+  bool isThinned(uint32_t k) const { return side[k] < (k < 2 ? u : v) && !(points >> k & 1); }
+  /// Whether the facet in column i and row j has such vertices.
+  bool touchesThinned(uint32_t i, uint32_t j) const {
+    return (j == 0 && isThinned(0)) || (j + 1 == cellsV() && isThinned(1)) || (i == 0 && isThinned(2)) ||
+           (i + 1 == cellsU() && isThinned(3));
+  }
+  /// Where the vertex in column i and row j stands, after thinSides(): (s, t), in facets of the tile.
+  V2f standsAt(uint32_t i, uint32_t j) const;
 };
 
 /// The rates of a surface. Each face is cut into 2^tiling x 2^tiling tiles, numbered along u, face by face.
@@ -58,17 +69,26 @@ struct FacetPlace {
   uint32_t tile;
   uint32_t vertex;  ///< its first, of those of the tile; the others are vertex + 1, + row, + row + 1
   uint32_t row;     ///< vertices in a row of the tile
-  V2f uv;           ///< in the facet
+  V2f uv;           ///< in the facet, as rays meet it: weights of the corners of one of its triangles
+
+  /// Of the second and the third corner of the triangle that has the place: vertices 0, 1, row with `first`,
+  /// else row + 1, row, 1.
+  V2f weights(bool& first) const;
 };
+/// The facet of a face that stands over (u, v). Along thinned sides facets fan out from the side's vertices.
 FacetPlace locateFacet(const SurfaceRates& rates, FaceShape shape, uint32_t face, const V2f& uv);
 
-/// From a hit on a tile's grid to the face's (u, v).
+/// From a tile's (s, t) to the face's (u, v).
 inline V2f tileToFace(const SurfaceRates& rates, FaceShape shape, uint32_t tile, const V2f& st) {
   const auto [column, row] = rates.placeOf(tile);
   const float size = 1 / static_cast<float>(rates.tilesAlong());
   return gridToFace(shape,
                     {(static_cast<float>(column) + st.x) * size, (static_cast<float>(row) + st.y) * size});
 }
+
+/// From a hit on a tile's grid, where rays take vertices to be at even distances, to (s, t) of the tile: the
+/// same but along thinned sides, whose vertices stand elsewhere.
+V2f gridToTile(const TileRates& rates, const V2f& st);
 
 /// Whether two edges of a triangle span an area that is more than rounding. Where multiplications are fused
 /// the cross product of equal edges, of which cells at thinned sides have many, is not zero: it points
@@ -83,9 +103,9 @@ inline bool hasArea(const V3f& edge1, const V3f& edge2) {
 V3f pointOnSide(const V3f& from, const V3f& to, double share);
 
 /// Rates for a surface that stands where `objectToWorld` says (the place where it is seen largest decides):
-/// facets stay within about a twentieth of a pixel of the surface and turn little where they are wider than a
-/// pixel. With `shadingRate`, for displacement, they also are micropolygons of that area in pixels; then flat
-/// surfaces have rates, too.
+/// facets stay within about an eightieth of a pixel of the surface and turn little where they are wider than
+/// a pixel. With `shadingRate`, for displacement, they also are micropolygons of that area in pixels; then
+/// flat surfaces have rates, too.
 SurfaceRates traceRates(const RasterCamera& camera, const Surface& surface,
                         std::span<const M44f> objectToWorld, std::optional<float> shadingRate = {});
 

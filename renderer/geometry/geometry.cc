@@ -77,8 +77,8 @@ float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCa
   float least = 8;
   if (const auto* mesh = std::get_if<SubdivisionMesh>(&primitive.shape))
     least = 4 * static_cast<float>(mesh->vertsPerFace.size());
-  // Chords within a twentieth of a pixel of a sphere, rounded up to powers of two.
-  return std::max(least, std::min(24 * pixels, 16384.0f));
+  // Chords within an eightieth of a pixel of a sphere, rounded up to powers of two.
+  return std::max(least, std::min(96 * pixels, 16384.0f));
 }
 
 }  // namespace

@@ -4,6 +4,10 @@
 
 namespace patina {
 
+/// Of the error that a facet's magnitude allows: what is left of it where the facet lies exactly across an
+/// axis.
+constexpr float kLeastError = 1e-3f;
+
 V2f Geometry::insideFacet(uint32_t placement, uint32_t face, float u, float v) const {
   constexpr float kInset = 0.2f;  // the least barycentric weight
   const uint32_t index = placements_[placement].traced;
@@ -46,8 +50,8 @@ V2f Geometry::insideFacet(uint32_t placement, uint32_t face, float u, float v) c
   if (const float sum = x + y + std::max(1 - x - y, kInset); sum > 1) x /= sum, y /= sum;
   const float column = static_cast<float>(cell.x) + (first ? x : 1 - x),
               row = static_cast<float>(cell.y) + (first ? y : 1 - y);
-  return tileToFace(*member.rates, shape, at.tile,
-                    {column / static_cast<float>(r.cellsU()), row / static_cast<float>(r.cellsV())});
+  const V2f met(column / static_cast<float>(r.cellsU()), row / static_cast<float>(r.cellsV()));
+  return tileToFace(*member.rates, shape, at.tile, gridToTile(r, met));
 }
 
 Geometry::DisplacedPoint Geometry::displacedPoint(uint32_t placement, uint32_t face, float u, float v) const {
@@ -64,15 +68,33 @@ Geometry::DisplacedPoint Geometry::displacedPoint(uint32_t placement, uint32_t f
   const V3f* P = &tessellation.vertices[vertex];
   const uint32_t* N =
       &tessellation.normals[member.firstNormal + vertex - tessellation.first[member.firstTile]];
-  const auto [x, y] = at.uv;
-  point.N = unpackNormal(N[0]) * ((1 - x) * (1 - y)) + unpackNormal(N[1]) * (x * (1 - y)) +
-            unpackNormal(N[at.row]) * ((1 - x) * y) + unpackNormal(N[at.row + 1]) * (x * y);
   const TileRates& r = member.rates->tiles[at.tile];
+  const uint32_t column = at.vertex % at.row, row = at.vertex / at.row;
+  V3f alongS, alongT;  // for a facet's step in (s, t)
+  if (r.touchesThinned(column, row)) {
+    // One triangle: its corners stand where the side has vertices.
+    bool first;
+    const V2f w = at.weights(first);
+    const uint32_t corner[3] = {first ? 0 : at.row + 1, first ? 1 : at.row, first ? at.row : 1};
+    V2f place[3];
+    for (int k = 0; k < 3; ++k) place[k] = r.standsAt(column + corner[k] % at.row, row + corner[k] / at.row);
+    point.N = unpackNormal(N[corner[0]]) * (1 - w.x - w.y) + unpackNormal(N[corner[1]]) * w.x +
+              unpackNormal(N[corner[2]]) * w.y;
+    const V2f d1 = place[1] - place[0], d2 = place[2] - place[0];
+    const V3f e1 = P[corner[1]] - P[corner[0]], e2 = P[corner[2]] - P[corner[0]];
+    const float area = d1.x * d2.y - d1.y * d2.x;
+    alongS = area > 0 ? (e1 * d2.y - e2 * d1.y) / area : P[1] - P[0];
+    alongT = area > 0 ? (e2 * d1.x - e1 * d2.x) / area : P[at.row] - P[0];
+  } else {
+    const auto [x, y] = at.uv;
+    point.N = unpackNormal(N[0]) * ((1 - x) * (1 - y)) + unpackNormal(N[1]) * (x * (1 - y)) +
+              unpackNormal(N[at.row]) * ((1 - x) * y) + unpackNormal(N[at.row + 1]) * (x * y);
+    alongS = (P[1] - P[0]) * (1 - y) + (P[at.row + 1] - P[at.row]) * y;
+    alongT = (P[at.row] - P[0]) * (1 - x) + (P[at.row + 1] - P[1]) * x;
+  }
   const auto along = static_cast<float>(member.rates->tilesAlong());
-  point.dPdu =
-      ((P[1] - P[0]) * (1 - y) + (P[at.row + 1] - P[at.row]) * y) * (along * static_cast<float>(r.cellsU()));
-  point.dPdv =
-      ((P[at.row] - P[0]) * (1 - x) + (P[at.row + 1] - P[1]) * x) * (along * static_cast<float>(r.cellsV()));
+  point.dPdu = alongS * (along * static_cast<float>(r.cellsU()));
+  point.dPdv = alongT * (along * static_cast<float>(r.cellsV()));
   if (shape == FaceShape::Triangle) {
     const float rest = std::max(1 - v, 1e-3f);  // see gridToFace(): s = u / (1 - v)
     point.dPdu /= rest;
@@ -113,7 +135,7 @@ void Geometry::facetCorners(uint32_t placement, uint32_t face, float u, float v,
     for (int k = 0; k < (triangle ? 3 : 4); ++k) quad[k] = transformPoint(quad[k], traced.toMesh);
     if (triangle) u = std::min(u, 1 - v);
   }
-  const bool first = u + v <= 1;
+  const bool first = u + v <= 1;  // see FacetPlace::weights
   out[0] = first ? quad[0] : quad[3];
   out[1] = first ? quad[1] : quad[2];
   out[2] = first ? quad[2] : quad[1];
@@ -154,10 +176,10 @@ void Geometry::forEachFacet(uint32_t placement, const std::function<void(const F
       for (uint32_t i = 0; i < r.cellsU(); ++i) {
         for (uint32_t k = 0; k < 4; ++k) {
           const uint32_t x = i + k % 2, y = j + k / 2;
-          quad.uv[k] = gridToFace(
-              shape,
-              {(static_cast<float>(column) + static_cast<float>(x) / static_cast<float>(r.cellsU())) * size,
-               (static_cast<float>(row) + static_cast<float>(y) / static_cast<float>(r.cellsV())) * size});
+          const V2f at = r.standsAt(x, y);
+          quad.uv[k] =
+              gridToFace(shape, {(static_cast<float>(column) + at.x / static_cast<float>(r.cellsU())) * size,
+                                 (static_cast<float>(row) + at.y / static_cast<float>(r.cellsV())) * size});
           V3f point = grid[y * (r.cellsU() + 1) + x];
           if (p.instance != kNone) point = transformPoint(point, instances_[p.instance].meshToWorld);
           quad.P[k] = point;
@@ -170,8 +192,11 @@ void Geometry::forEachFacet(uint32_t placement, const std::function<void(const F
 
 // Interpolation is good to a few roundings of the corners; the plane that a traversal kernel meets, to a few
 // of the corners' distance from the ray's origin, which the facet's extent stands for when origins lie on
-// facets.
+// facets. Only what goes along the normal counts, component by component: a ground plane of a thousand units
+// is as exact across as its height is.
 float Geometry::facetError(const Placement& p, const V3f& point, const V3f& edge1, const V3f& edge2) const {
+  // Kernels take moving transformations apart and put them together again.
+  const float rounding = roundingBound(p.moves ? 64 : 16);
   float magnitude = maxAbsComponent(point);
   if (p.instance != kNone) {
     // The ray is taken to mesh space and the point back: cancellation is bounded by the terms of the sum.
@@ -180,8 +205,20 @@ float Geometry::facetError(const Placement& p, const V3f& point, const V3f& edge
     magnitude = std::max(
         magnitude, maxAbsComponent({m[3][0], m[3][1], m[3][2]}) + maxAbsComponent(transformVector(local, m)));
   }
-  // Kernels take moving transformations apart and put them together again.
-  return roundingBound(p.moves ? 64 : 16) * (magnitude + maxAbsComponent(edge1) + maxAbsComponent(edge2));
+  const float largest = magnitude + maxAbsComponent(edge1) + maxAbsComponent(edge2);
+  const V3f cross = edge1.cross(edge2);
+  const float area = cross.length();
+  if (p.instance != kNone || p.moves || !(area > 0)) return rounding * largest;
+  float sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const float extent = std::abs(edge1[k]) + std::abs(edge2[k]);
+    // By how much the normal's own component may be wrong: the products that it is the difference of.
+    const float products = std::abs(edge1[i] * edge2[j]) + std::abs(edge1[j] * edge2[i]);
+    sum += std::abs(cross[k]) * (std::abs(point[k]) + extent) + products * extent;
+  }
+  const float across = sum / area;
+  return rounding * (across < largest ? std::max(across, kLeastError * largest) : largest);
 }
 
 Facet Geometry::facet(uint32_t placement, uint32_t face, float u, float v) const {

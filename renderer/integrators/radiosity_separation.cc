@@ -139,7 +139,8 @@ void RadiosityEngine::cutAway(std::span<const Request> points, std::span<uint64_
   for (uint32_t k = 0; k < points.size(); ++k) {
     const ShadingPoint& p = points[k].point;
     if (geometry.traced()[geometry.placements()[p.placement].traced].solid == kNone) continue;
-    w.chords.push_back({leave(p.facet(), p.Ng), -p.Ng, 0, 4 * p.error, kAnyRay});
+    const float above = p.error + roundingBound(16) * maxAbsComponent(p.P);  // as walks through solids err
+    w.chords.push_back({p.P + p.Ng * above, -p.Ng, 0, 4 * above, kAnyRay});
     w.chordOf.push_back(k);
   }
   w.chordHits.resize(w.chords.size());

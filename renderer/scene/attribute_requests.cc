@@ -310,7 +310,7 @@ void SceneBuilder::diceAttribute(const ParamList& params, const Location& at) {
 }
 
 void SceneBuilder::geometricApproximation(std::string_view type, float value, const Location& at) {
-  // Facets stay within a twentieth of a pixel of their surface.
+  // Facets stay within an eightieth of a pixel of their surface.
   if (type != "flatness")
     return countNotice(fmt::format("GeometricApproximation \"{}\" has no effect", type), at);
   if (!(value >= 0))

@@ -51,7 +51,7 @@ constexpr Entry kEntries[] = {
     {"EnableLightFilter", {kIgnored, "lights have no filters"}},
     {"Exterior", {kIgnored, "surfaces are seen through clear air"}},
     {"GeometricApproximation",
-     {Support::CarriedOut, "flatness: surfaces are within a twentieth of a pixel; the others are named"}},
+     {Support::CarriedOut, "flatness: surfaces are within an eightieth of a pixel; the others are named"}},
     {"Geometry", {kMapped, "teapot, and the shapes of area lights"}},
     {"Hider", {Support::CarriedOut, "of raytrace: minsamples, maxsamples, integrationmode, incremental"}},
     {"HierarchicalSubdivisionMesh", {kMapped, "a SubdivisionMesh without its hierarchical edits"}},

@@ -123,17 +123,15 @@ void Emitters::add(const Geometry& geometry, uint32_t index) {
 }
 
 void Emitters::finish() {
+  std::vector<double> sums;
   double sum = 0;
-  for (const Shape& s : shapes_) {
-    sum += s.area;
-    cumulative_.push_back(static_cast<float>(sum));
-  }
+  for (const Shape& s : shapes_) sums.push_back(sum += s.area);
   total_ = static_cast<float>(sum);
   if (!(total_ > 0)) {
     shapes_.clear();
     return;
   }
-  for (float& c : cumulative_) c /= total_;
+  for (const double s : sums) cumulative_.push_back(static_cast<float>(s / sum));
 }
 
 LightBounds Emitters::bounds() const {
@@ -232,8 +230,10 @@ EmitterSample Emitters::sample(const V3f& from, V2f random) const {
   const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end(), random.x);
   const size_t k = std::min<size_t>(static_cast<size_t>(found - cumulative_.begin()), shapes_.size() - 1);
   const Shape& s = shapes_[k];
-  const float low = k ? cumulative_[k - 1] : 0, chance = cumulative_[k] - low;
-  if (chance > 0) random.x = std::clamp((random.x - low) / chance, 0.0f, kOneMinusEpsilon);
+  // Of many shapes each is chosen as often as rounded sums say, which differs by more than its area is known
+  // to; what one has too much its neighbours lack, so the density is that of the areas.
+  const float low = k ? cumulative_[k - 1] : 0, width = cumulative_[k] - low, chance = s.area / total_;
+  if (width > 0) random.x = std::clamp((random.x - low) / width, 0.0f, kOneMinusEpsilon);
   out.N = s.normal;
   out.error = s.error;
   switch (s.kind) {

@@ -164,6 +164,55 @@ TEST(Accel, RaysPassThroughHoles) {
       }
 }
 
+/// A square of edge 2 * `half` around the origin, in z = 0.
+Primitive square(float half, const M44d& objectToWorld) {
+  Primitive p;
+  p.shape = PolygonMesh{{1}, {4}, {0, 1, 2, 3}};
+  p.variables.push_back(pointsVariable({-half, -half, 0, half, -half, 0, half, half, 0, -half, half, 0}));
+  p.objectToWorld = objectToWorld;
+  p.attributes = 0;
+  return p;
+}
+
+TEST(Accel, BeadsOnWidePlanesAreMetBelow) {
+  // The plane is wide, but its height is exact: rays that leave it start next to it, not above the bead.
+  constexpr float kBead = 1e-3f;
+  Fixture f;
+  M44d onTop;
+  onTop.setTranslation(V3d(0.01, 0, kBead));
+  f.scene.primitives = {square(500, M44d()), sphere(kBead, onTop)};
+  f.build();
+  for (const float height : {2e-4f, 5e-4f, 1e-3f}) {
+    const V3f target(0.01f, 0, height), from(0.0037f, 0.0021f, 0);
+    const Hit floor = f.accel->intersect({from + V3f(0, 0, 1), V3f(0, 0, -1), 0, kInfinity, kCameraRay});
+    ASSERT_TRUE(floor.valid());
+    const Facet facet = f.geometry->facet(floor.placement, floor.face, floor.u, floor.v);
+    EXPECT_LT(facet.error, 1e-5f);
+    const V3f d = (target - from).normalized();
+    const Hit hit = f.accel->intersect({leave(facet, d), d, 0, kInfinity, kDiffuseRay});
+    ASSERT_TRUE(hit.valid()) << height;
+    EXPECT_NE(hit.placement, floor.placement) << height;
+    EXPECT_LT(hit.t, 0.02f);
+  }
+}
+
+TEST(Accel, RaysThatLeaveSquaresOfAnySizeAndPlaceDoNotMeetThem) {
+  int hits = 0;
+  for (const float half : {1e-3f, 1.0f, 500.0f, 1e6f})
+    for (const V3d& axis : {V3d(0, 0, 1), V3d(1, 0, 0), V3d(1, 2, 3), V3d(1e-4, 0, 1)})
+      for (const double angle : {0.0, kPi / 2.0, 0.3, 1e-5})
+        for (const double away : {0.0, 0.1, 1234.567}) {
+          Fixture f;
+          M44d rotate, translate;
+          rotate.setAxisAngle(axis.normalized(), angle);
+          translate.setTranslation(V3d(0.3, -0.7, 1.1) * away);
+          f.scene.primitives.push_back(square(half, rotate * translate));
+          f.build();
+          hits += f.shoot(200, [&](const Ray& ray, const Hit& hit) { expectConsistent(f, ray, hit); });
+        }
+  EXPECT_GT(hits, 5000);
+}
+
 TEST(Accel, FlatFacesUnderAllTransformations) {
   for (const double scaleX : {2.0, -2.0}) {
     Fixture f;
@@ -186,6 +235,31 @@ TEST(Accel, CurvedFacetsUnderAllTransformations) {
     EXPECT_GT(hits, 500);
     EXPECT_EQ(fronts, hits) << "a sphere shows its outside to who is outside";
   }
+}
+
+TEST(Accel, ParametersAreThoseOfThePointAlongStraightSidesToo) {
+  // The sides of a twisted patch are straight, so that they have one facet where its inside has many.
+  Primitive leaf;
+  const SplineKnots linear{2, 2, {0, 0, 1, 1}, 0, 1};
+  leaf.shape = NurbsPatch{linear, linear, nullptr, false};
+  leaf.variables.push_back(pointsVariable({-0.5f, 0, 0, 0.5f, 0, 0, -0.5f, 1, -0.4f, 0.5f, 1, 0.4f}));
+  leaf.objectToWorld = tilted(2);
+  leaf.attributes = 0;
+  Fixture f;
+  f.scene.primitives.push_back(leaf);
+  f.scene.camera.worldToCamera.setTranslation(V3d(-100, 50, -28));
+  f.build();
+  const Surface& surface = f.geometry->surface(f.geometry->placements()[0]);
+  const M44f toWorld(leaf.objectToWorld);
+  double worst = 0;
+  const int hits = f.shoot(20000, [&](const Ray& ray, const Hit& hit) {
+    const V3f met = ray.origin + ray.direction * hit.t;
+    const Facet facet = f.geometry->facet(hit.placement, hit.face, hit.u, hit.v);
+    const V3f exact = transformPoint(surface.evaluate(hit.face, hit.u, hit.v).P, toWorld);
+    worst = std::max({worst, double{(met - exact).length()}, double{(facet.P - exact).length()}});
+  });
+  EXPECT_GT(hits, 500);
+  EXPECT_LT(worst, 0.01);
 }
 
 TEST(Accel, InstancesMeetTheirPrimitivesAtTheirPlace) {

@@ -115,7 +115,9 @@ TEST(Motion, RotationTakesTheArc) {
     const Moving m(rib);
     for (float t = 0; t <= 1; t += 1.0f / 96) {
       const float x = 3 * std::cos(2 * kPi * t), y = 3 * std::sin(2 * kPi * t);
-      EXPECT_NEAR(m.depth(x, y, t), -0.1f, 2e-3f) << rib << " at " << t;
+      // Not at the pole: where a seam of facets stands exactly along an axis at a time, what Embree 3.13
+      // interpolates of its bounds at times leaves rays through that lie in the seam to the last bits.
+      EXPECT_NEAR(m.depth(x + 0.003f, y - 0.002f, t), -0.1f, 2e-3f) << rib << " at " << t;
       EXPECT_FALSE(m.shoot(-x, -y, t).valid());
       EXPECT_FALSE(m.shoot(x * 0.95f, y * 0.95f, t).valid()) << rib << " at " << t;
       EXPECT_NEAR(m.depth(3, 0, t, kDiffuseRay), -0.1f, 2e-3f);

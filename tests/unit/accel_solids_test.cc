@@ -161,7 +161,7 @@ void compare(const Rendered& world, const std::vector<Operand>& operands, const 
     ASSERT_NEAR(hit.t, expected->t, curved ? 2.5e-3 : 2e-5) << origin << direction;
     ASSERT_EQ(hit.front, expected->front) << origin << direction;
     const Facet facet = world.geometry->facet(hit.placement, hit.face, hit.u, hit.v);
-    // The outside of the result; curved surfaces turn by less than 12 degrees within a facet.
+    // The outside of the result; curved surfaces turn by less than 6 degrees within a facet.
     ASSERT_GT(V3d(facet.N).dot(expected->normal), curved ? 0.98 : 1 - 1e-5) << origin << direction;
     // Up to it there is nothing, and rays that leave it do not meet it again.
     ASSERT_FALSE(world.accel->occluded({origin, direction, 0, hit.t * (1 - 1e-5f), kDiffuseRay}));

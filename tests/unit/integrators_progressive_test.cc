@@ -165,7 +165,7 @@ TEST_P(Progressive, ShowsCompletePicturesOfFewerSamples) {
   const Rendered all = render(scene, {.mode = GetParam(), .progressive = true, .folder = folder});
   std::filesystem::remove_all(folder);
   ASSERT_EQ(all.shown.size(), 3u);  // of 1, 2 and 4 samples
-  EXPECT_TRUE(all.shown[0] == render(scene, {.mode = GetParam(), .samples = 1}).end);
+  expectSame(all.shown[0], render(scene, {.mode = GetParam(), .samples = 1}).end, "1 sample");
   expectSame(all.shown[1], render(scene, {.mode = GetParam(), .samples = 2}).end, "2 samples");
   expectSame(all.shown[2], render(scene, {.mode = GetParam(), .samples = 4}).end, "4 samples");
   EXPECT_NE(all.shown[2], all.end);

@@ -45,7 +45,7 @@ std::vector<double> blocksOf(const ImageData& image) {
 }
 
 /// One picture at the references' resolution. It is rendered at that at which they were: facets of a sphere
-/// stay within a twentieth of a pixel, which at a quarter of the resolution is 2 % of the area of these
+/// stay within an eightieth of a pixel, which at a quarter of the resolution is half a per cent of the area of these
 /// spheres.
 ImageData render(const std::string& rib, int seed) {
   RenderSettings settings;
