@@ -14,6 +14,7 @@ STAT_COUNTER("Points/surfels refused: no area, or not finite", refusedCount);
 STAT_COUNTER("Points/surfels shaded", shadedCount);
 STAT_COUNTER("Points/bounces baked", bounceCount);
 STAT_COUNTER("Points/rasters drawn", rasterCount);
+STAT_COUNTER("Points/nodes looked at", lookedCount);
 STAT_TIME("Time of threads/rasters of surfels", rasterTime);
 
 /// Bytes for a surfel: of the octree, up to 360 as seen, and of its piece and radiances while it is baked.
@@ -371,8 +372,11 @@ PointRaster::Estimate BakedPoints::irradiance(const ShadingPoint& point, bool be
     }
   };
   const float turn = toUnit(static_cast<uint32_t>(hashOf(seed, behind) >> 32));
-  return raster->gather(*tree_, point.P, behind ? -point.N : point.N, turn, kErrors * point.error,
-                        list.smooth ? sky : PointRaster::Environment(), withSurfels);
+  const PointRaster::Estimate seen =
+      raster->gather(*tree_, point.P, behind ? -point.N : point.N, turn, kErrors * point.error,
+                     list.smooth ? sky : PointRaster::Environment(), withSurfels);
+  lookedCount += seen.looked;
+  return seen;
 }
 
 }  // namespace patina

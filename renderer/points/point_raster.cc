@@ -43,8 +43,6 @@ V3f fromFace(int face, float u, float v) {
 /// Pixels are looked at so many at a time.
 constexpr int kLanes = 8;
 
-V3f abs(const V3f& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
-
 }  // namespace
 
 PointRaster::PointRaster(const Settings& settings)
@@ -68,6 +66,8 @@ PointRaster::PointRaster(const Settings& settings)
   for (Pixel& pixel : pixels_) pixel.weight /= sum;
   for (auto* of : {&dx_, &dy_, &dz_, &t_}) of->resize(pixels_.size());
   met_.resize(pixels_.size()), content_.resize(pixels_.size());
+  shells_.resize(kShells);
+  full_.resize(static_cast<size_t>(3 * resolution_) * static_cast<size_t>((resolution_ + 63) / 64));
   for (int face = 0; face < 5; ++face) {
     const V3f out = fromFace(face, 0, 0);
     axes_[static_cast<size_t>(face)] = {out, fromFace(face, 1, 0) - out, fromFace(face, 0, 1) - out};
@@ -78,8 +78,8 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
                                           float nearest, const Environment& environment, bool lit) {
   std::fill(content_.begin(), content_.end(), Content());
   std::fill(t_.begin(), t_.end(), kInfinity);
-  items_.clear(), traced_.clear();
-  P_ = P, nearest_ = nearest;
+  traced_.clear();
+  P_ = P, nearest_ = nearest, looked_ = 0;
   frame_ = Frame(N);
   const float angle = 2 * kPi * turn;
   const V3f x = frame_.x * std::cos(angle) + frame_.y * std::sin(angle);
@@ -88,14 +88,9 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
     const V3f d = frame_.toWorld(pixels_[k].direction);
     dx_[k] = d.x, dy_[k] = d.y, dz_[k] = d.z;
   }
-  if (!tree.empty()) look(tree, 0);
-  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) {
-    return std::pair(a.distance, a.isInner) < std::pair(b.distance, b.isInner);
-  });
-  for (const Item& item : items_) draw(item);
   Estimate result;
+  result.nearest = lookAround(tree), result.looked = looked_;
   openDirections_.clear(), openWeights_.clear();
-  if (!items_.empty()) result.nearest = items_.front().distance;
   for (int face = 0; face < 5; ++face)
     for (int row = 0; row < rowsOf(face); ++row)
       for (int column = 0; column < resolution_; ++column) {
@@ -170,21 +165,9 @@ bool PointRaster::isAmongCovered(int face, int row, int column) const {
   return sum > kAmong * static_cast<float>(count);
 }
 
-/// Below the horizon, or in the plane of it.
-bool PointRaster::isBelow(const PointTree& tree, const PointTree::Node& node) const {
-  const V3f& up = frame_.z;
-  if (up.dot(node.center - P_) + std::min(abs(up).dot(node.half), node.radius) <= nearest_) return true;
-  if (node.planeCount != 1) return false;
-  const PointTree::Plane& plane = tree.planes()[node.firstPlane];
-  const float sine = up.cross(plane.N).length();
-  return up.dot(plane.P - P_) + 2 * node.radius * sine + plane.height <= nearest_;
-}
-
-void PointRaster::look(const PointTree& tree, uint32_t index) {
+void PointRaster::look(const PointTree& tree, const Visit& visit, size_t shell) {
+  const auto& [index, distance2, local] = visit;
   const PointTree::Node& node = tree.nodes()[index];
-  if (isBelow(tree, node)) return;
-  const V3f local = frame_.toLocal(node.center - P_);
-  const float distance2 = local.length2();
   // Of a sphere with the radius r at the distance d: 2 pi (1 - root(1 - r^2 / d^2)), about pi r^2 / d^2.
   // What lies in no planes has an outline that its square does not follow: it is no larger than kOutline.
   const float pixel = 2 / static_cast<float>(resolution_);
@@ -201,14 +184,19 @@ void PointRaster::look(const PointTree& tree, uint32_t index) {
     const float distance = std::sqrt(distance2);
     const V3f direction = (P_ - node.center) / distance;
     const float largest = kPi * node.radius * node.radius;
-    for (const bool back : {false, true}) {
-      const PointTree::Seen seen = tree.look(index, direction, back);
-      if (seen.area > 0) add(local, std::min(seen.area, largest), seen.radiance, seen.isInner);
+    PointTree::Seen front = tree.look(index, direction, false), back = tree.look(index, direction, true);
+    if (node.inner == Surfel::Inner::None && front.area > 0 && back.area > 0) {
+      // Neither is before the other: pieces of a tangle, of which some show this side and some that.
+      const float area = front.area + back.area;
+      front.radiance = (front.radiance * front.area + back.radiance * back.area) / area;
+      front.area = area, back.area = 0;
     }
+    for (const PointTree::Seen& seen : {front, back})
+      if (seen.area > 0) add(local, std::min(seen.area, largest), seen.radiance, seen.isInner);
     return;
   }
   if (!node.isLeaf()) {
-    for (uint32_t child = node.children; child < node.children + node.childCount; ++child) look(tree, child);
+    for (uint32_t child = node.children + node.childCount; child-- > node.children;) push(tree, child, shell);
     return;
   }
   for (uint32_t k = node.first; k < node.first + node.count; ++k) {
@@ -235,6 +223,7 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance, bool is
   const float distance2 = local.length2();
   if (!(area > 0) || !(distance2 > nearest_ * nearest_)) return;
   const float distance = std::sqrt(distance2);
+  const size_t shell = shellOf(distance);
   const V3f d = local / distance;
   const float toPixels = static_cast<float>(resolution_) / 2;
   for (int face = 0; face < 5; ++face) {
@@ -245,8 +234,8 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance, bool is
     // On the plane at distance 1 a solid angle covers its share over the cube of the cosine.
     const float half = std::min(std::sqrt(area / distance2 / (w * w * w)) / 2, 1.0f);
     if (std::abs(u) >= 1 + half || v >= 1 + half || v <= (face == 0 ? -1 : 0) - half) continue;
-    items_.push_back({distance, (u + 1) * toPixels, (face == 0 ? v + 1 : v) * toPixels, half * toPixels,
-                      static_cast<uint8_t>(face), isInner, radiance});
+    shells_[shell].items.push_back({distance, (u + 1) * toPixels, (face == 0 ? v + 1 : v) * toPixels,
+                                    half * toPixels, static_cast<uint8_t>(face), isInner, radiance});
   }
 }
 

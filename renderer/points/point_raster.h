@@ -27,6 +27,7 @@ class PointRaster {
     float covered = 0;          ///< cosine-weighted share of the hemisphere, 0 to 1
     float inverseDistance = 0;  ///< mean of 1 / distance, weighted likewise; of what is open 0
     float nearest = kInfinity;  ///< distance of what is seen
+    uint32_t looked = 0;        ///< nodes that were looked at
   };
   /// Radiance from where no surfel is, along unit directions away from the place; may be empty: none. Is
   /// called once at most.
@@ -49,7 +50,25 @@ class PointRaster {
     bool isInner;  ///< of a closed surface: what is nearer is likely the same surface's outside
     Rgb radiance;
   };
-  void look(const PointTree& tree, uint32_t node);
+  /// A node, and where it is in the raster's frame, relative to the place.
+  struct Visit {
+    uint32_t node;
+    float distance2;
+    V3f local;
+  };
+  /// Nodes of which nothing is nearer than a distance, and items from there up to the next shell.
+  struct Shell {
+    std::vector<Visit> nodes;
+    std::vector<Item> items;
+  };
+  static constexpr size_t kShells = 4 * 80;  ///< from 2^-40 on
+  static size_t shellOf(float distance);
+  float lookAround(const PointTree& tree);
+  void push(const PointTree& tree, uint32_t node, size_t shell);
+  static V3f abs(const V3f& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
+  void look(const PointTree& tree, const Visit& visit, size_t shell);
+  void findFull(size_t shell);
+  bool isHidden(const Visit& visit, float radius) const;
   void add(const V3f& local, float area, const Rgb& radiance, bool isInner);
   /// What rays through pixels may meet: the part of a plane that is in a rectangle, and in a disc or a box.
   /// World space, relative to the place.
@@ -117,13 +136,15 @@ class PointRaster {
   std::vector<Traced> traced_;
   Rgb radianceMet(size_t pixel) const;
   std::vector<Content> content_;
-  std::vector<Item> items_;
+  std::vector<Shell> shells_;
+  std::vector<uint64_t> full_;  ///< bits of pixels, by rows of all faces
   std::vector<V3f> openDirections_;
   std::vector<float> openWeights_;
   std::vector<Rgb> openRadiance_;
   V3f P_{0, 0, 0};
   Frame frame_{V3f(0, 0, 1)};
   float nearest_ = 0;
+  uint32_t looked_ = 0;
 };
 
 }  // namespace patina

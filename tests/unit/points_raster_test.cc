@@ -54,6 +54,40 @@ TEST(PointRaster, ASphereAboveAFloor) {
     }
 }
 
+/// Pieces of random places and normals in a slab above a floor.
+std::vector<Surfel> tangle(int count, float from, float to) {
+  std::vector<Surfel> result;
+  for (int k = 0; k < count; ++k) {
+    const auto at = [&](uint64_t n) {
+      return toUnit(static_cast<uint32_t>(hashOf(uint64_t{7}, k, n) >> 32));
+    };
+    const float z = 2 * at(0) - 1, angle = 2 * kPi * at(1), r = std::sqrt(1 - z * z);
+    Surfel s;
+    s.P = V3f(8 * at(2) - 4, 8 * at(3) - 4, from + (to - from) * at(4));
+    s.N = V3f(r * std::cos(angle), r * std::sin(angle), z);
+    s.area = 0.01f, s.radius = 0.07f, s.halfU = s.halfV = 0.05f;
+    s.front = s.back = Rgb(1);
+    result.push_back(s);
+  }
+  return result;
+}
+
+TEST(PointRaster, WhatIsHiddenIsNotLookedAt) {
+  std::vector<Surfel> behind = tangle(30000, 1.5f, 3), plate;
+  addQuad(plate, {-20, -20, 0.1f}, {0, 40, 0}, {40, 0, 0}, 200, Rgb(0.5f));
+  std::vector<Surfel> both = plate;
+  both.insert(both.end(), behind.begin(), behind.end());
+  const auto looked = [](const std::vector<Surfel>& surfels) {
+    PointRaster raster({});
+    return raster.gather(PointTree(surfels), {0.1f, 0.2f, 0}, {0, 0, 1}, 0.3f, 1e-4f, {});
+  };
+  const auto alone = looked(plate), hidden = looked(both), open = looked(behind);
+  EXPECT_LT(hidden.looked, alone.looked + open.looked / 10);
+  EXPECT_NEAR(hidden.irradiance.x, alone.irradiance.x, 0.01f * alone.irradiance.x);
+  // A tangle hides itself: ten times as deep, it is looked at little more.
+  EXPECT_LT(looked(tangle(300000, 1.5f, 16.5f)).looked, 3 * open.looked);
+}
+
 TEST(PointRaster, AParallelSquare) {
   // The form factor of a square of side 2 at the distance h over its middle (Siegel and Howell, C-11).
   for (const float h : {0.1f, 0.5f, 1.0f, 4.0f}) {
