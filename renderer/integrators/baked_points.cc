@@ -14,6 +14,7 @@ STAT_COUNTER("Points/surfels refused: no area, or not finite", refusedCount);
 STAT_COUNTER("Points/surfels shaded", shadedCount);
 STAT_COUNTER("Points/bounces baked", bounceCount);
 STAT_COUNTER("Points/rasters drawn", rasterCount);
+STAT_COUNTER("Points/rasters not drawn again for another bounce", reusedCount);
 STAT_COUNTER("Points/nodes looked at", lookedCount);
 STAT_TIME("Time of threads/rasters of surfels", rasterTime);
 
@@ -200,6 +201,9 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
   std::vector<Rgb> frontBefore, backBefore;
   V3d gained(0), gainedBefore(0);
   bool isStable = false;
+  // A raster of a bounce sees what that of the one before saw, in another light.
+  const size_t held = pieces.size() * kBytesOfSurfel;
+  if (bounces > 2) views_ = std::make_unique<SurfelViews>(settings.bytes - std::min(held, settings.bytes));
   if (bounces > 1) findAlone(RadiosityEngine(world, next), pieces);
   if (bounces > 1) findClusters(pieces, placements);
   for (int bounce = 1; bounce < bounces && !world.interrupted(); ++bounce) {
@@ -228,6 +232,9 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
   }
   isBaked_ = true;
   clusters_ = {};
+  if (views_)
+    setStatistic("Memory/views of points while baking MB", static_cast<double>(views_->memory()) / 1048576);
+  views_ = {};
   setStatistic("Memory/points MB", static_cast<double>(tree_->memory()) / 1048576);
   setStatistic("Points/micropolygons along a surfel", step);
 }
@@ -346,6 +353,13 @@ void BakedPoints::bake(const RadiosityEngine& engine, const Bounce& bounce, cons
 PointRaster::Estimate BakedPoints::irradiance(const ShadingPoint& point, bool behind, uint64_t seed,
                                               bool withSurfels) const {
   const TimeShare share(rasterTime);
+  const V3f N = behind ? -point.N : point.N;
+  const auto bits = [](const V3f& v) { return hashOf(floatBits(v.x), floatBits(v.y), floatBits(v.z)); };
+  const uint64_t key = hashOf(seed, bits(point.P), bits(N), withSurfels, point.placement);
+  if (const SurfelView* known = views_ ? views_->find(key) : nullptr) {
+    ++reusedCount;
+    return {known->irradiance(*tree_), known->covered, known->inverseDistance, known->nearest};
+  }
   // One for baking and one for the picture.
   thread_local std::array<std::unique_ptr<PointRaster>, 2> rasters;
   thread_local std::array<PointRaster::Settings, 2> made;
@@ -372,10 +386,12 @@ PointRaster::Estimate BakedPoints::irradiance(const ShadingPoint& point, bool be
     }
   };
   const float turn = toUnit(static_cast<uint32_t>(hashOf(seed, behind) >> 32));
+  thread_local SurfelView view;
   const PointRaster::Estimate seen =
-      raster->gather(*tree_, point.P, behind ? -point.N : point.N, turn, kErrors * point.error,
-                     list.smooth ? sky : PointRaster::Environment(), withSurfels);
+      raster->gather(*tree_, point.P, N, turn, kErrors * point.error,
+                     list.smooth ? sky : PointRaster::Environment(), withSurfels, views_ ? &view : nullptr);
   lookedCount += seen.looked;
+  if (views_) views_->keep(key, view);
   return seen;
 }
 

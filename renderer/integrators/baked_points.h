@@ -17,7 +17,9 @@ class BakedPoints {
     /// Diffuse ones in all, no more than any object allows; 0: as many as those allow, of which what the last
     /// ones add is estimated when it is little.
     int bounces = 0;
-    size_t bytes = size_t{256} << 20;  ///< for the octree: pieces grow until it holds them
+    /// For the octree: pieces grow until it holds them. What they leave is for what rasters saw, so that
+    /// only the first bounce draws them; those that find no room are drawn again.
+    size_t bytes = size_t{256} << 20;
   };
   /// Cuts what diffuse rays see into pieces, one for each micropolygon of its patches where memory allows
   /// it, and shades them: with direct light first, then again, with what they gather from each other, for
@@ -85,7 +87,8 @@ class BakedPoints {
   const Settings settings_;
   std::unique_ptr<PointTree> tree_;
   bool isBaked_ = false;
-  std::vector<Cluster> clusters_;  ///< while baking
+  std::unique_ptr<SurfelViews> views_;  ///< while baking several bounces: what rasters saw in the first
+  std::vector<Cluster> clusters_;       ///< while baking
 };
 
 }  // namespace patina

@@ -16,8 +16,6 @@ constexpr float kAmong = 0.9f;
 /// What is farther than the first in a pixel by so many pixels, and halves of its size, is another layer: it
 /// is seen through what is open, where pieces of one layer lie beside each other.
 constexpr float kLayer = 2;
-/// The solid angle of a node that is drawn as a square, in pixels of the top's middle.
-constexpr float kOutline = 2;
 /// Surfels of the surface that the place is on: so many radii away, a part of a radius above or below it,
 /// with normals at most so far apart.
 constexpr float kOwnReach = 2, kOwnHeight = 0.3f, kOwnCosine = 0.7f;
@@ -65,7 +63,7 @@ PointRaster::PointRaster(const Settings& settings)
       }
   for (Pixel& pixel : pixels_) pixel.weight /= sum;
   for (auto* of : {&dx_, &dy_, &dz_, &t_}) of->resize(pixels_.size());
-  met_.resize(pixels_.size()), content_.resize(pixels_.size());
+  met_.resize(pixels_.size()), scale_.resize(pixels_.size()), content_.resize(pixels_.size());
   shells_.resize(kShells);
   full_.resize(static_cast<size_t>(3 * resolution_) * static_cast<size_t>((resolution_ + 63) / 64));
   for (int face = 0; face < 5; ++face) {
@@ -75,10 +73,12 @@ PointRaster::PointRaster(const Settings& settings)
 }
 
 PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, const V3f& N, float turn,
-                                          float nearest, const Environment& environment, bool lit) {
+                                          float nearest, const Environment& environment, bool lit,
+                                          SurfelView* view) {
   std::fill(content_.begin(), content_.end(), Content());
   std::fill(t_.begin(), t_.end(), kInfinity);
-  traced_.clear();
+  traced_.clear(), drawn_.clear(), parts_.clear();
+  isViewed_ = view != nullptr && lit;
   P_ = P, nearest_ = nearest, looked_ = 0;
   frame_ = Frame(N);
   const float angle = 2 * kPi * turn;
@@ -98,14 +98,19 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
         Content& c = content_[k];
         Rgb radiance = c.radiance;
         float covered = c.covered;
+        if (isViewed_) scale_[k] = pixels_[k].weight * kPi;
         if (t_[k] < kInfinity) {
           radiance += radianceMet(k) * (1 - covered);
+          if (isViewed_)
+            drawn_.push_back(
+                {traced_[static_cast<size_t>(met_[k])].part, static_cast<uint32_t>(k), 1 - covered});
           if (covered < 1)
             c.inverse += (1 - covered) / t_[k], result.nearest = std::min(result.nearest, t_[k]);
           covered = 1;
         } else if (covered > kSeam &&
                    (isFull(k) || isBetweenFull(face, row, column) || isAmongCovered(face, row, column))) {
           radiance /= covered;
+          if (isViewed_) scale_[k] /= covered;
           covered = 1;
         } else if (environment) {
           openDirections_.push_back({dx_[k], dy_[k], dz_[k]});
@@ -115,11 +120,18 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
         result.covered += covered * pixels_[k].weight;
         result.inverseDistance += c.inverse * pixels_[k].weight;
       }
+  Rgb sky(0, 0, 0);
   if (!openDirections_.empty()) {
     openRadiance_.assign(openDirections_.size(), Rgb(0, 0, 0));
     environment(openDirections_, openRadiance_);
-    for (size_t k = 0; k < openRadiance_.size(); ++k)
-      result.irradiance += openRadiance_[k] * (openWeights_[k] * kPi);
+    for (size_t k = 0; k < openRadiance_.size(); ++k) sky += openRadiance_[k] * (openWeights_[k] * kPi);
+  }
+  result.irradiance += sky;
+  if (view) {
+    view->P = P, view->sky = sky, view->covered = result.covered;
+    view->inverseDistance = result.inverseDistance, view->nearest = result.nearest;
+    write(*view);
+    result.irradiance = view->irradiance(tree);
   }
   return result;
 }
@@ -165,67 +177,20 @@ bool PointRaster::isAmongCovered(int face, int row, int column) const {
   return sum > kAmong * static_cast<float>(count);
 }
 
-void PointRaster::look(const PointTree& tree, const Visit& visit, size_t shell) {
-  const auto& [index, distance2, local] = visit;
-  const PointTree::Node& node = tree.nodes()[index];
-  // Of a sphere with the radius r at the distance d: 2 pi (1 - root(1 - r^2 / d^2)), about pi r^2 / d^2.
-  // What lies in no planes has an outline that its square does not follow: it is no larger than kOutline.
-  const float pixel = 2 / static_cast<float>(resolution_);
-  const float most = node.planeCount > 0 && node.isCovered
-                         ? maxSolidAngle_
-                         : std::min(maxSolidAngle_, kOutline * pixel * pixel);
-  const bool isFar =
-      distance2 * most > kPi * node.radius * node.radius && distance2 > 4 * node.radius * node.radius;
-  if (isFar && node.isCovered && node.planeCount > 0) {
-    for (uint32_t k = node.firstPlane; k < node.firstPlane + node.planeCount; ++k) trace(tree.planes()[k]);
-    return;
-  }
-  if (isFar && local.z > node.radius) {
-    const float distance = std::sqrt(distance2);
-    const V3f direction = (P_ - node.center) / distance;
-    const float largest = kPi * node.radius * node.radius;
-    PointTree::Seen front = tree.look(index, direction, false), back = tree.look(index, direction, true);
-    if (node.inner == Surfel::Inner::None && front.area > 0 && back.area > 0) {
-      // Neither is before the other: pieces of a tangle, of which some show this side and some that.
-      const float area = front.area + back.area;
-      front.radiance = (front.radiance * front.area + back.radiance * back.area) / area;
-      front.area = area, back.area = 0;
-    }
-    for (const PointTree::Seen& seen : {front, back})
-      if (seen.area > 0) add(local, std::min(seen.area, largest), seen.radiance, seen.isInner);
-    return;
-  }
-  if (!node.isLeaf()) {
-    for (uint32_t child = node.children + node.childCount; child-- > node.children;) push(tree, child, shell);
-    return;
-  }
-  for (uint32_t k = node.first; k < node.first + node.count; ++k) {
-    const Surfel& s = tree.surfels()[k];
-    const V3f at = frame_.toLocal(s.P - P_);
-    if (at.z <= -s.radius) continue;
-    const float d2 = at.length2();
-    const float cosine = s.N.dot(P_ - s.P);  // times the distance
-    if (cosine < 0 && !s.hasBack) continue;
-    if (isOwn(s, d2, cosine)) continue;
-    // Traced where it is part of a surface, larger than a pixel, or cut by the horizon.
-    if (node.planeCount > 0 || s.radius * s.radius * kPi > d2 * pixel * pixel || at.z < s.radius) {
-      trace(s);
-    } else {
-      const float d = std::sqrt(d2);
-      const bool front = cosine > 0;
-      add(at, s.area * std::abs(cosine) / d, front ? s.front : s.back,
-          s.inner == (front ? Surfel::Inner::Front : Surfel::Inner::Back));
-    }
-  }
+uint32_t PointRaster::addPart(SurfelView::Kind kind, uint32_t index) {
+  if (isViewed_) parts_.push_back({kind, index, 0, V3f(0)});
+  return static_cast<uint32_t>(parts_.size()) - 1;
 }
 
-void PointRaster::add(const V3f& local, float area, const Rgb& radiance, bool isInner) {
+void PointRaster::add(const V3f& local, float area, const Rgb& radiance, bool isInner, SurfelView::Kind kind,
+                      uint32_t index) {
   const float distance2 = local.length2();
   if (!(area > 0) || !(distance2 > nearest_ * nearest_)) return;
   const float distance = std::sqrt(distance2);
   const size_t shell = shellOf(distance);
   const V3f d = local / distance;
   const float toPixels = static_cast<float>(resolution_) / 2;
+  const uint32_t part = addPart(kind, index);
   for (int face = 0; face < 5; ++face) {
     const auto& [axis, uAxis, vAxis] = axes_[static_cast<size_t>(face)];
     const float w = axis.dot(d);
@@ -235,24 +200,29 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance, bool is
     const float half = std::min(std::sqrt(area / distance2 / (w * w * w)) / 2, 1.0f);
     if (std::abs(u) >= 1 + half || v >= 1 + half || v <= (face == 0 ? -1 : 0) - half) continue;
     shells_[shell].items.push_back({distance, (u + 1) * toPixels, (face == 0 ? v + 1 : v) * toPixels,
-                                    half * toPixels, static_cast<uint8_t>(face), isInner, radiance});
+                                    half * toPixels, static_cast<uint8_t>(face), isInner, part, radiance});
   }
 }
 
-void PointRaster::trace(const Surfel& s) {
+void PointRaster::traceSurfel(const PointTree& tree, uint32_t index) {
+  const Surfel& s = tree.surfels()[index];
   const V3f center = s.P - P_;
   const float slack = 0.01f * s.radius;
-  traced_.push_back({s.N.dot(center) < 0 ? s.front : s.back, center, nullptr});
+  const bool front = s.N.dot(center) < 0;
+  traced_.push_back({front ? s.front : s.back, center, nullptr,
+                     addPart(front ? SurfelView::Kind::SurfelFront : SurfelView::Kind::SurfelBack, index)});
   trace<false>({s.N, s.U, s.N.cross(s.U), center, std::min(s.halfU, s.radius) + slack,
                 std::min(s.halfV, s.radius) + slack, s.radius * s.radius, V3f(0), V3f(0)});
 }
 
-void PointRaster::trace(const PointTree::Plane& plane) {
+void PointRaster::tracePlane(const PointTree& tree, uint32_t index) {
+  const PointTree::Plane& plane = tree.planes()[index];
   const V3f center = plane.center - P_;
   const bool front = plane.N.dot(center) < 0;
   if (!front && plane.backArea == 0) return;
-  traced_.push_back(
-      {front ? plane.front : plane.back, plane.P - P_, front ? &plane.frontSlope : &plane.backSlope});
+  traced_.push_back({front ? plane.front : plane.back, plane.P - P_,
+                     front ? &plane.frontSlope : &plane.backSlope,
+                     addPart(front ? SurfelView::Kind::PlaneFront : SurfelView::Kind::PlaneBack, index)});
   trace<true>({plane.N, plane.U, plane.V, center, plane.halfU + plane.slack, plane.halfV + plane.slack,
                kInfinity, plane.box.center() - P_, plane.box.size() / 2 + V3f(plane.slack)});
 }
@@ -392,6 +362,7 @@ void PointRaster::draw(const Item& item) {
       else
         c.sum += share, share = std::min(share, open);
       if (!(share > 0)) continue;
+      if (isViewed_) drawn_.push_back({item.part, static_cast<uint32_t>(k), share});
       c.covered += share;
       c.inverse += share / item.distance;
       c.radiance += item.radiance * share;

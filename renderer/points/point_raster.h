@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "renderer/points/point_tree.h"
+#include "renderer/points/surfel_view.h"
 
 namespace patina {
 
@@ -35,8 +35,10 @@ class PointRaster {
   /// Irradiance at P on the side of N (unit; world space). `turn`, 0 to 1: the angle of the raster around N,
   /// for rasters of neighbours to differ. What is nearer than `nearest` is not seen.
   /// `lit` false: surfels are black, and only hide the environment.
+  /// `view`: gets what is seen; the estimate's irradiance is then from there, so that it is the same when
+  /// that is asked again. nullptr: nobody wants it.
   Estimate gather(const PointTree& tree, const V3f& P, const V3f& N, float turn, float nearest,
-                  const Environment& environment, bool lit = true);
+                  const Environment& environment, bool lit = true, SurfelView* view = nullptr);
 
  private:
   struct Pixel {
@@ -47,7 +49,8 @@ class PointRaster {
     float distance;
     float x, y, half;  ///< on its face, in pixels: where a square of its size is
     uint8_t face;
-    bool isInner;  ///< of a closed surface: what is nearer is likely the same surface's outside
+    bool isInner;   ///< of a closed surface: what is nearer is likely the same surface's outside
+    uint32_t part;  ///< in parts_, when a view is wanted
     Rgb radiance;
   };
   /// A node, and where it is in the raster's frame, relative to the place.
@@ -69,7 +72,9 @@ class PointRaster {
   void look(const PointTree& tree, const Visit& visit, size_t shell);
   void findFull(size_t shell);
   bool isHidden(const Visit& visit, float radius) const;
-  void add(const V3f& local, float area, const Rgb& radiance, bool isInner);
+  void add(const V3f& local, float area, const Rgb& radiance, bool isInner, SurfelView::Kind kind,
+           uint32_t index);
+  uint32_t addPart(SurfelView::Kind kind, uint32_t index);
   /// What rays through pixels may meet: the part of a plane that is in a rectangle, and in a disc or a box.
   /// World space, relative to the place.
   struct Target {
@@ -78,8 +83,8 @@ class PointRaster {
     float radius2;        ///< of a disc around the center; kInfinity: none
     V3f boxCenter, half;  ///< read with IsBoxed only
   };
-  void trace(const Surfel& surfel);
-  void trace(const PointTree::Plane& plane);
+  void traceSurfel(const PointTree& tree, uint32_t index);
+  void tracePlane(const PointTree& tree, uint32_t index);
   template <bool IsBoxed>
   void trace(const Target& target);
   /// The pixels of a face in which something of a target's rectangle may be.
@@ -132,9 +137,26 @@ class PointRaster {
     Rgb radiance;  ///< at P, relative to the place
     V3f P;
     const std::array<V3f, 3>* slope;  ///< nullptr: none
+    uint32_t part;                    ///< as Item's
   };
   std::vector<Traced> traced_;
   Rgb radianceMet(size_t pixel) const;
+  /// When a view is wanted: what was drawn, and in which pixels.
+  struct Drawn {
+    uint32_t part, pixel;
+    float share;
+  };
+  struct Part {
+    SurfelView::Kind kind;
+    uint32_t index;
+    float weight;
+    V3f along;
+  };
+  void write(SurfelView& view);
+  bool isViewed_ = false;
+  std::vector<Drawn> drawn_;
+  std::vector<Part> parts_;
+  std::vector<float> scale_;  ///< by pixels: of shares, to projected solid angles
   std::vector<Content> content_;
   std::vector<Shell> shells_;
   std::vector<uint64_t> full_;  ///< bits of pixels, by rows of all faces

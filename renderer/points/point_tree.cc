@@ -206,6 +206,16 @@ PointTree::Seen PointTree::look(uint32_t index, const V3f& direction, bool back)
   return {area, {mean(0), mean(1), mean(2)}, isInner};
 }
 
+PointTree::Seen PointTree::lookAtBoth(uint32_t index, const V3f& direction) const {
+  Seen seen = look(index, direction, false);
+  const Seen back = look(index, direction, true);
+  if (!(back.area > 0)) return seen;
+  const float area = seen.area + back.area;
+  seen.radiance = (seen.radiance * seen.area + back.radiance * back.area) / area;
+  seen.area = area;
+  return seen;
+}
+
 void PointTree::setRadiance(std::span<const Rgb> front, std::span<const Rgb> back) {
   for (size_t k = 0; k < surfels_.size(); ++k)
     surfels_[k].front = finiteOr0(front[k]), surfels_[k].back = finiteOr0(back[k]);

@@ -91,6 +91,8 @@ class PointTree {
   static constexpr int kMostPlanes = 3;
   /// Fronts, or backs, of node `index`, seen along `direction`, which is unit and points away from it.
   Seen look(uint32_t index, const V3f& direction, bool back) const;
+  /// Both sides, of which neither is before the other: of a tangle some pieces show this and some that.
+  Seen lookAtBoth(uint32_t index, const V3f& direction) const;
 
   bool empty() const { return surfels_.empty(); }
   const std::vector<Node>& nodes() const { return nodes_; }        ///< the root is first

@@ -12,6 +12,8 @@ namespace {
 constexpr uint32_t kBits = 21, kFirst = (127 - 40) << 2;
 /// What is behind a pixel that is covered so far is not looked for: it would add no more than the rest.
 constexpr float kHides = 0.99f;
+/// The solid angle of a node that is drawn as a square, in pixels of the top's middle.
+constexpr float kOutline = 2;
 
 }  // namespace
 
@@ -129,6 +131,63 @@ bool PointRaster::isHidden(const Visit& visit, float radius) const {
       }
   }
   return true;
+}
+
+void PointRaster::look(const PointTree& tree, const Visit& visit, size_t shell) {
+  const auto& [index, distance2, local] = visit;
+  const PointTree::Node& node = tree.nodes()[index];
+  // Of a sphere with the radius r at the distance d: 2 pi (1 - root(1 - r^2 / d^2)), about pi r^2 / d^2.
+  // What lies in no planes has an outline that its square does not follow: it is no larger than kOutline.
+  const float pixel = 2 / static_cast<float>(resolution_);
+  const float most = node.planeCount > 0 && node.isCovered
+                         ? maxSolidAngle_
+                         : std::min(maxSolidAngle_, kOutline * pixel * pixel);
+  const bool isFar =
+      distance2 * most > kPi * node.radius * node.radius && distance2 > 4 * node.radius * node.radius;
+  if (isFar && node.isCovered && node.planeCount > 0) {
+    for (uint32_t k = node.firstPlane; k < node.firstPlane + node.planeCount; ++k) tracePlane(tree, k);
+    return;
+  }
+  if (isFar && local.z > node.radius) {
+    const float distance = std::sqrt(distance2);
+    const V3f direction = (P_ - node.center) / distance;
+    const float largest = kPi * node.radius * node.radius;
+    using Kind = SurfelView::Kind;
+    if (node.inner == Surfel::Inner::None) {
+      const PointTree::Seen seen = tree.lookAtBoth(index, direction);
+      add(local, std::min(seen.area, largest), seen.radiance, false, Kind::NodeBoth, index);
+      return;
+    }
+    for (const bool back : {false, true}) {
+      const PointTree::Seen seen = tree.look(index, direction, back);
+      add(local, std::min(seen.area, largest), seen.radiance, seen.isInner,
+          back ? Kind::NodeBack : Kind::NodeFront, index);
+    }
+    return;
+  }
+  if (!node.isLeaf()) {
+    for (uint32_t child = node.children + node.childCount; child-- > node.children;) push(tree, child, shell);
+    return;
+  }
+  for (uint32_t k = node.first; k < node.first + node.count; ++k) {
+    const Surfel& s = tree.surfels()[k];
+    const V3f at = frame_.toLocal(s.P - P_);
+    if (at.z <= -s.radius) continue;
+    const float d2 = at.length2();
+    const float cosine = s.N.dot(P_ - s.P);  // times the distance
+    if (cosine < 0 && !s.hasBack) continue;
+    if (isOwn(s, d2, cosine)) continue;
+    // Traced where it is part of a surface, larger than a pixel, or cut by the horizon.
+    if (node.planeCount > 0 || s.radius * s.radius * kPi > d2 * pixel * pixel || at.z < s.radius) {
+      traceSurfel(tree, k);
+    } else {
+      const float d = std::sqrt(d2);
+      const bool front = cosine > 0;
+      add(at, s.area * std::abs(cosine) / d, front ? s.front : s.back,
+          s.inner == (front ? Surfel::Inner::Front : Surfel::Inner::Back),
+          front ? SurfelView::Kind::SurfelFront : SurfelView::Kind::SurfelBack, k);
+    }
+  }
 }
 
 }  // namespace patina

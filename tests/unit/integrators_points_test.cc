@@ -100,6 +100,22 @@ TEST(Points, AllBouncesAreThereWithoutOneForEach) {
   EXPECT_GT(statistic("Points/bounces baked"), 3);
 }
 
+TEST(Points, BouncesAfterTheFirstSeeWhatThatOneSaw) {
+  const std::vector<Rgb> kept = render(kTwoRooms, bounces(6));
+  const double pieces = statistic("Points/surfels"), drawn = statistic("Points/rasters drawn"),
+               reused = statistic("Points/rasters not drawn again for another bounce"),
+               step = statistic("Points/micropolygons along a surfel");
+  EXPECT_GT(reused, 0.4 * drawn);
+  EXPECT_GT(statistic("Memory/views of points while baking MB"), 0.1);
+  // Where memory is for the pieces and no more, rasters are drawn again, and see the same.
+  PointOptions tight = bounces(6);
+  tight.memoryKb = static_cast<int>(pieces * 600 / 1024) + 64;
+  EXPECT_EQ(render(kTwoRooms, tight), kept);
+  EXPECT_EQ(statistic("Points/micropolygons along a surfel"), step);
+  EXPECT_LT(statistic("Memory/views of points while baking MB"), 0.07);
+  EXPECT_GT(statistic("Points/rasters drawn"), drawn + 0.8 * reused);
+}
+
 TEST(Points, ThreadsChangeNoBit) {
   EXPECT_EQ(render(kTwoRooms, bounces(2), "points", 2), render(kTwoRooms, bounces(2), "points", 5));
 }

@@ -88,6 +88,40 @@ TEST(PointRaster, WhatIsHiddenIsNotLookedAt) {
   EXPECT_LT(looked(tangle(300000, 1.5f, 16.5f)).looked, 3 * open.looked);
 }
 
+TEST(PointRaster, WhatWasSeenIsSeenInAnotherLight) {
+  // A tangle in a box with a gradient along a wall, under a sky: planes, nodes and pieces.
+  std::vector<Surfel> surfels = tangle(3000, 0.2f, 0.9f);
+  const std::vector<Surfel> box = boxFromInside(24, Rgb(0.5f));
+  surfels.insert(surfels.end(), box.begin(), box.end());
+  PointTree tree(surfels);
+  PointRaster raster({});
+  const V3f P(0.1f, 0.2f, -0.9f), N(0, 0, 1);
+  SurfelView view;
+  for (const float scale : {1.0f, 3.0f}) {
+    std::vector<Rgb> front, back;
+    for (const Surfel& s : tree.surfels()) {
+      front.push_back(Rgb(1.5f + s.P.x, 1, scale));
+      back.push_back(Rgb(0.2f, 1 + 0.5f * s.P.y, scale));
+    }
+    tree.setRadiance(front, back);
+    const auto drawn = raster.gather(tree, P, N, 0.3f, 1e-4f, white());
+    if (scale == 1) {
+      const auto viewed = raster.gather(tree, P, N, 0.3f, 1e-4f, white(), true, &view);
+      EXPECT_EQ(viewed.irradiance, view.irradiance(tree));
+      EXPECT_EQ(viewed.covered, drawn.covered);
+      EXPECT_EQ(view.nearest, drawn.nearest);
+      EXPECT_GT(view.along.size(), 0u);
+    }
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(view.irradiance(tree)[c], drawn.irradiance[c], 2e-3f * drawn.irradiance[c]) << c;
+  }
+  SurfelViews views(view.memory() + 100);
+  views.keep(1, view), views.keep(2, view);
+  ASSERT_TRUE(views.find(1));
+  EXPECT_EQ(views.find(1)->irradiance(tree), view.irradiance(tree));
+  EXPECT_FALSE(views.find(2)) << "more than the budget";
+}
+
 TEST(PointRaster, AParallelSquare) {
   // The form factor of a square of side 2 at the distance h over its middle (Siegel and Howell, C-11).
   for (const float h : {0.1f, 0.5f, 1.0f, 4.0f}) {
