@@ -38,6 +38,10 @@ void BakedPoints::findClusters(std::vector<Piece>& pieces, uint32_t placements) 
   for (uint32_t k = 0; k < pieces.size(); ++k)
     if (pieces[k].patch == kNone) members[at[pieces[k].placement]++] = k;
 
+  clusters_.clear();
+  for (uint32_t k = 0; k < placements; ++k)
+    findTangles(pieces, std::span(members).subspan(first[k], first[k + 1] - first[k]));
+
   struct Found {
     std::vector<uint32_t> members, counts;
     std::vector<Cluster> clusters;
@@ -47,12 +51,13 @@ void BakedPoints::findClusters(std::vector<Piece>& pieces, uint32_t placements) 
     const bool front = k % 2 == 0;
     Found& f = found[k];
     for (size_t i = first[k / 2]; i < first[k / 2 + 1]; ++i)
-      if (front || pieces[members[i]].hasBack) f.members.push_back(members[i]);
+      if (pieces[members[i]].cluster[0] == kNone && (front || pieces[members[i]].hasBack))
+        f.members.push_back(members[i]);
     addClusters(pieces, f.members, front, f.clusters, f.counts);
   });
-  clusters_.clear();
   for (const Found& f : found) {
     size_t member = 0;
+    clusterCount += static_cast<int64_t>(f.clusters.size());
     for (size_t c = 0; c < f.clusters.size(); ++c) {
       for (uint32_t k = 0; k < f.counts[c]; ++k)
         pieces[f.members[member++]].cluster[f.clusters[c].front ? 0 : 1] =
@@ -60,7 +65,6 @@ void BakedPoints::findClusters(std::vector<Piece>& pieces, uint32_t placements) 
       clusters_.push_back(f.clusters[c]);
     }
   }
-  clusterCount += static_cast<int64_t>(clusters_.size());
 }
 
 /// Orders `members` by clusters, whose numbers of members go to `counts`.
@@ -86,7 +90,9 @@ void BakedPoints::addClusters(const std::vector<Piece>& pieces, std::span<uint32
   if (mayShare) {
     const PointRaster::Estimate seen = lookFrom(pieces[chosen], front);
     if (members.size() == 1 || (radius * seen.inverseDistance <= kShared && radius <= seen.nearest)) {
-      clusters.push_back({chosen, front, seen.irradiance});
+      Cluster& cluster = clusters.emplace_back();
+      cluster.lookedFrom = {chosen}, cluster.front = front, cluster.isTangle = false;
+      cluster.irradiance = seen.irradiance;
       counts.push_back(static_cast<uint32_t>(members.size()));
       return;
     }
@@ -122,7 +128,10 @@ void BakedPoints::gatherClusters(const std::vector<Piece>& pieces, const Bounce&
   tbb::parallel_for(size_t{0}, clusters_.size(), [&](size_t k) {
     if (wanted[k] == 0 || world_.interrupted()) return;
     Cluster& c = clusters_[k];
-    c.irradiance = lookFrom(pieces[c.piece], c.front).irradiance;
+    if (c.isTangle)
+      lookAgain(c, pieces);
+    else
+      c.irradiance = lookFrom(pieces[c.lookedFrom[0]], c.front).irradiance;
   });
 }
 

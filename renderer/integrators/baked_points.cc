@@ -28,7 +28,7 @@ constexpr float kErrors = 16;
 constexpr float kRoughness = 0.4f;
 /// Bounces end when all that are left would add less than this part of the radiance: that much is estimated.
 constexpr double kRest = 0.01;
-/// In patches of more micropolygons along a side irradiance is interpolated; pieces of others share it.
+/// In patches of more micropolygons along a side, but not one across, irradiance is interpolated.
 constexpr int kFewCells = 4;
 
 }  // namespace
@@ -65,8 +65,8 @@ void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* piec
     if (scale > 1) halfU = halfV = kInfinity;
     Piece& p = pieces->emplace_back();
     p.placement = placement, p.face = face, p.u = middle.x, p.v = middle.y;
-    const bool interpolates =
-        patch != kNone && std::max(patches[patch].cellsU, patches[patch].cellsV) > kFewCells;
+    const bool interpolates = patch != kNone && std::min(patches[patch].cellsU, patches[patch].cellsV) > 1 &&
+                              std::max(patches[patch].cellsU, patches[patch].cellsV) > kFewCells;
     p.patch = interpolates ? patch : kNone;
     p.P = center, p.N = N, p.U = U, p.halfU = halfU, p.halfV = halfV;
     p.size = std::sqrt(area), p.area = area * scale, p.radius = radius * std::sqrt(scale);
@@ -338,9 +338,11 @@ void BakedPoints::bake(const RadiosityEngine& engine, const Bounce& bounce, cons
           of.emplace_back(k, side);
           if (bounce.number > 0 && p.patch == kNone) {
             // Light from behind comes through as on the other side, seen from there.
-            const auto at = [&](bool inFront) { return p.cluster[inFront ? 0 : 1]; };
-            const auto known = [&](uint32_t c) { return c == kNone ? Rgb(0) : clusters_[c].irradiance; };
-            indirect.push_back({known(at(side)), known(at(!side))});
+            const auto known = [&](bool inFront) {
+              const uint32_t c = p.cluster[inFront ? 0 : 1];
+              return c == kNone ? Rgb(0) : clusters_[c].at(inFront ? p.N : -p.N);
+            };
+            indirect.push_back({known(side), known(!side)});
           }
           if (how != How::Interpolated || !engine.cache()) continue;
           spots.push_back({p.patch, side, RadiosityEngine::keptBounces(bounces), around(p)});

@@ -37,7 +37,7 @@ class BakedPoints {
   /// A surfel and where it is on its surface.
   struct Piece {
     uint32_t placement, face;
-    uint32_t patch;  ///< kNone: in one of few micropolygons, or in a group of small faces
+    uint32_t patch;  ///< kNone: of few micropolygons, one across (hair), or in a group of small faces
     float u, v;
     V3f P, N;  ///< world space: the middle and the normal of its corners
     V3f U;     ///< along a side
@@ -51,11 +51,18 @@ class BakedPoints {
     std::array<uint32_t, 2> cluster{kNone,
                                     kNone};  ///< in front and behind: in clusters_, where patch is kNone
   };
-  /// Pieces so close to each other, and turned so alike, that the irradiance of one stands for all.
+  /// Pieces that share irradiance: so close to each other, and turned so alike, that one side's of one stands
+  /// for all; or a tangle, in which it is a function of the normal.
   struct Cluster {
-    uint32_t piece;
-    bool front;
-    Rgb irradiance{0, 0, 0};
+    std::vector<uint32_t> lookedFrom;  ///< pieces
+    bool front = true;                 ///< of what is no tangle
+    bool isTangle = true;
+    Rgb irradiance{0, 0, 0};                                    ///< mean
+    V3f normal{0, 0, 0};                                        ///< mean, of a tangle's
+    std::array<V3f, 3> slope{V3f(0), V3f(0), V3f(0)};           ///< of irradiance, by channels
+    Rgb least{0, 0, 0}, most{kInfinity, kInfinity, kInfinity};  ///< that any place looked from has
+    /// Irradiance of a side whose normal is N, which is unit.
+    Rgb at(const V3f& N) const;
   };
   void collect(uint32_t placement, int step, std::vector<Piece>* pieces, size_t& count) const;
   static void findInnerSides(const std::vector<Piece>& pieces, size_t placements,
@@ -68,6 +75,15 @@ class BakedPoints {
   void findClusters(std::vector<Piece>& pieces, uint32_t placements);
   void addClusters(const std::vector<Piece>& pieces, std::span<uint32_t> members, bool front,
                    std::vector<Cluster>& clusters, std::vector<uint32_t>& counts) const;
+  static float fit(Cluster& cluster, std::span<const V3f> normals, std::span<const Rgb> irradiance);
+  float lookAgain(Cluster& cluster, const std::vector<Piece>& pieces) const;
+  static std::vector<uint32_t> chooseFrom(const std::vector<Piece>& pieces, std::span<const uint32_t> members,
+                                          float radius);
+  static bool areSheets(const std::vector<Piece>& pieces, std::span<const uint32_t> members);
+  void addTangles(std::vector<Piece>& pieces, std::span<uint32_t> members, size_t most, float usual,
+                  std::vector<std::pair<Cluster, std::vector<uint32_t>>>& tangles) const;
+  /// Makes tangles of some pieces of an object; members of tangles have them as clusters afterwards.
+  void findTangles(std::vector<Piece>& pieces, std::span<uint32_t> members);
   VertexWeights around(const Piece& piece) const;
   void findAlone(const RadiosityEngine& engine, std::vector<Piece>& pieces) const;
   struct Bounce {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "integrators_render.h"
+#include "renderer/base/sampling.h"
 
 namespace patina {
 namespace {
@@ -68,8 +69,8 @@ const std::string kTwoRooms = kFront + R"(Translate 0 0 .9 WorldBegin
   Polygon "P" [-1 -1 1  1 -1 1  1 1 1  -1 1 1] Polygon "P" [-1 -1 -1  -1 1 -1  1 1 -1  1 -1 -1]
   Polygon "P" [0 -1 -1  0 1 -1  0 1 1  0 -1 1] WorldEnd)";
 
-TEST(Points, NoLightGetsThroughAWall) {
-  const std::vector<Rgb> picture = render(kTwoRooms, {});
+/// Sums over the lit half of a picture of them, and over the dark one.
+std::pair<double, double> halves(const std::vector<Rgb>& picture) {
   double lit = 0, dark = 0;
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) {
@@ -77,8 +78,74 @@ TEST(Points, NoLightGetsThroughAWall) {
       if (x < kSize / 2 - 1) lit += value;
       if (x > kSize / 2) dark += value;
     }
+  return {lit, dark};
+}
+
+TEST(Points, NoLightGetsThroughAWall) {
+  const auto [lit, dark] = halves(render(kTwoRooms, {}));
   EXPECT_GT(lit / (kSize * kSize), 0.05);
   EXPECT_LT(dark, 0.005 * lit);
+}
+
+/// A double wall of small faces, 0.02 thick and a single mesh, across a room; the camera is where no light
+/// is.
+std::string doubleWall() {
+  constexpr int kAlong = 64;
+  std::string counts, vertices, points;
+  for (int side = 0; side < 2; ++side)
+    for (int j = 0; j <= kAlong; ++j)
+      for (int i = 0; i <= kAlong; ++i)
+        points += std::to_string(side * 0.02 - 0.21) + ' ' + std::to_string(2.0 * i / kAlong - 1) + ' ' +
+                  std::to_string(2.0 * j / kAlong - 1) + ' ';
+  for (int side = 0; side < 2; ++side)
+    for (int j = 0; j < kAlong; ++j)
+      for (int i = 0; i < kAlong; ++i) {
+        const int at = (side * (kAlong + 1) + j) * (kAlong + 1) + i;
+        counts += "4 ";
+        for (const int k : {at, at + 1, at + kAlong + 2, at + kAlong + 1})
+          vertices += std::to_string(k) + ' ';
+      }
+  return "PointsPolygons [" + counts + "] [" + vertices + "] \"P\" [" + points + "]";
+}
+
+TEST(Points, SheetsOfAWallAreNoTangle) {
+  // One is lit and the other is dark.
+  std::string rooms = kTwoRooms;
+  const std::string wall = "Polygon \"P\" [0 -1 -1  0 1 -1  0 1 1  0 -1 1]";
+  rooms.replace(rooms.find(wall), wall.size(), doubleWall());
+  render(rooms, bounces(2));
+  EXPECT_GT(statistic("Points/surfels"), 8000);
+  EXPECT_EQ(statistic("Points/tangles that share irradiance"), 0);
+}
+
+/// Leaves of one face each, of all directions, in a ball that glows: every place sees the same.
+std::string leaves(int count) {
+  std::string counts, vertices, points;
+  for (int k = 0; k < count; ++k) {
+    const auto at = [&](uint64_t n) {
+      return 2 * toUnit(static_cast<uint32_t>(hashOf(uint64_t{3}, k, n) >> 32)) - 1;
+    };
+    const V3f P = V3f(at(0), at(1), at(2)) * 0.5f;
+    const Frame frame(normalizedOr(V3f(at(3), at(4), at(5)), V3f(0, 0, 1)));
+    counts += "4 ";
+    for (const auto& [u, v] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+      const V3f p = P + (frame.x * static_cast<float>(u) + frame.y * static_cast<float>(v)) * 0.01f;
+      points += std::to_string(p.x) + ' ' + std::to_string(p.y) + ' ' + std::to_string(p.z) + ' ';
+    }
+    for (int i = 0; i < 4; ++i) vertices += std::to_string(4 * k + i) + ' ';
+  }
+  return "PointsPolygons [" + counts + "] [" + vertices + "] \"P\" [" + points + "]";
+}
+
+TEST(Points, TanglesShareIrradiance) {
+  // As in an empty furnace; each leaf for itself would be some 20 000 rasters.
+  const std::string rib = kFront + "WorldBegin " + glow(3) + kBox + leaves(10000) + " WorldEnd";
+  const Rgb seen = mean(render(rib, bounces(3)));
+  EXPECT_GT(statistic("Points/tangles that share irradiance"), 100);
+  EXPECT_LT(statistic("Points/rasters drawn"), 16000);
+  const float albedos[3] = {0.8f, 0.5f, 0.2f};
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(seen[c] / (0.2f * (1 - std::pow(albedos[c], 4.0f)) / (1 - albedos[c])), 1, 0.03) << c;
 }
 
 TEST(Points, AgreeWithPathsInARoom) {
