@@ -30,6 +30,9 @@ constexpr float kDisagree = 0.8f;
 /// and no piece above another by more than the way there, and so much of its radius.
 constexpr double kOneLine = 0.7, kOneSide = 0.8;
 constexpr float kAbove = 0.4f;
+/// Pieces so many times as long as wide are of hair, between which light passes: where they are most, there
+/// is no wall.
+constexpr float kSliver = 3;
 /// Numbers in a fit: the mean and a slope.
 constexpr double kFreedoms = 4;
 
@@ -115,6 +118,12 @@ std::vector<uint32_t> BakedPoints::chooseFrom(const std::vector<Piece>& pieces,
 
 /// Whether pieces are of several sheets, as those of a wall, instead of one or of a tangle.
 bool BakedPoints::areSheets(const std::vector<Piece>& pieces, std::span<const uint32_t> members) {
+  const auto isSliver = [&](uint32_t k) {
+    const auto [width, length] = std::minmax(pieces[k].halfU, pieces[k].halfV);
+    return length > kSliver * width;
+  };
+  const auto slivers = static_cast<size_t>(std::count_if(members.begin(), members.end(), isSliver));
+  if (2 * slivers > members.size()) return false;
   Imath::M33d squares(0.0);
   V3d mean(0);
   for (const uint32_t k : members) mean += V3d(pieces[k].N) / static_cast<double>(members.size());

@@ -118,18 +118,19 @@ TEST(Points, SheetsOfAWallAreNoTangle) {
   EXPECT_EQ(statistic("Points/tangles that share irradiance"), 0);
 }
 
-/// Leaves of one face each, of all directions, in a ball that glows: every place sees the same.
-std::string leaves(int count) {
+/// Leaves of one face each, of all directions; or combed hair, all of it turned alike.
+std::string leaves(int count, bool combed) {
   std::string counts, vertices, points;
   for (int k = 0; k < count; ++k) {
     const auto at = [&](uint64_t n) {
       return 2 * toUnit(static_cast<uint32_t>(hashOf(uint64_t{3}, k, n) >> 32)) - 1;
     };
     const V3f P = V3f(at(0), at(1), at(2)) * 0.5f;
-    const Frame frame(normalizedOr(V3f(at(3), at(4), at(5)), V3f(0, 0, 1)));
+    const Frame frame(combed ? V3f(0, 0, 1) : normalizedOr(V3f(at(3), at(4), at(5)), V3f(0, 0, 1)));
+    const float halfU = combed ? 0.03f : 0.01f, halfV = combed ? 0.003f : 0.01f;
     counts += "4 ";
     for (const auto& [u, v] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
-      const V3f p = P + (frame.x * static_cast<float>(u) + frame.y * static_cast<float>(v)) * 0.01f;
+      const V3f p = P + frame.x * (static_cast<float>(u) * halfU) + frame.y * (static_cast<float>(v) * halfV);
       points += std::to_string(p.x) + ' ' + std::to_string(p.y) + ' ' + std::to_string(p.z) + ' ';
     }
     for (int i = 0; i < 4; ++i) vertices += std::to_string(4 * k + i) + ' ';
@@ -139,13 +140,16 @@ std::string leaves(int count) {
 
 TEST(Points, TanglesShareIrradiance) {
   // As in an empty furnace; each leaf for itself would be some 20 000 rasters.
-  const std::string rib = kFront + "WorldBegin " + glow(3) + kBox + leaves(10000) + " WorldEnd";
-  const Rgb seen = mean(render(rib, bounces(3)));
-  EXPECT_GT(statistic("Points/tangles that share irradiance"), 100);
-  EXPECT_LT(statistic("Points/rasters drawn"), 16000);
-  const float albedos[3] = {0.8f, 0.5f, 0.2f};
-  for (int c = 0; c < 3; ++c)
-    EXPECT_NEAR(seen[c] / (0.2f * (1 - std::pow(albedos[c], 4.0f)) / (1 - albedos[c])), 1, 0.03) << c;
+  for (const bool combed : {false, true}) {
+    const std::string rib = kFront + "WorldBegin " + glow(3) + kBox + leaves(10000, combed) + " WorldEnd";
+    const Rgb seen = mean(render(rib, bounces(3)));
+    EXPECT_GT(statistic("Points/tangles that share irradiance"), 100) << combed;
+    EXPECT_LT(statistic("Points/rasters drawn"), 16000) << combed;
+    const float albedos[3] = {0.8f, 0.5f, 0.2f};
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(seen[c] / (0.2f * (1 - std::pow(albedos[c], 4.0f)) / (1 - albedos[c])), 1, 0.03)
+          << c << combed;
+  }
 }
 
 TEST(Points, AgreeWithPathsInARoom) {
