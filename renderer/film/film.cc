@@ -80,7 +80,12 @@ bool FilmTile::addSample(double x, double y, std::span<const float> values) {
   ++samples_;
   const int px = std::clamp(static_cast<int>(std::floor(x)), samplePixels_.x0, samplePixels_.x1 - 1);
   const int py = std::clamp(static_cast<int>(std::floor(y)), samplePixels_.y0, samplePixels_.y1 - 1);
-  splat(x, y, values);
+  if (keeps_) {
+    kept_.push_back(static_cast<float>(x)), kept_.push_back(static_cast<float>(y));
+    kept_.insert(kept_.end(), values.begin(), values.begin() + static_cast<std::ptrdiff_t>(combine_.size()));
+  } else {
+    splat(x, y, values, 1);
+  }
   if (pixels_.contains(px, py)) {
     float* nearest = &nearest_[indexIn(pixels_, px, py) * combine_.size()];
     for (std::size_t c = 0; c < combine_.size(); ++c) nearest[c] = std::min(nearest[c], values[c]);
@@ -90,8 +95,44 @@ bool FilmTile::addSample(double x, double y, std::span<const float> values) {
   return true;
 }
 
+// Adds the samples that were kept, each by its share of those of its pixel.
+void FilmTile::settle() {
+  const std::size_t stride = combine_.size() + 2;
+  for (std::size_t k = 0; k < kept_.size(); k += stride) {
+    const float x = kept_[k], y = kept_[k + 1];
+    const int px = std::clamp(static_cast<int>(std::floor(x)), samplePixels_.x0, samplePixels_.x1 - 1);
+    const int py = std::clamp(static_cast<int>(std::floor(y)), samplePixels_.y0, samplePixels_.y1 - 1);
+    splat(static_cast<double>(x), static_cast<double>(y), std::span(kept_).subspan(k + 2, combine_.size()),
+          1 / static_cast<double>(moments(px, py).count));
+  }
+  kept_ = {};
+}
+
+bool FilmTile::wants(int x, int y) const {
+  return wanting_.empty() || wanting_[indexIn(samplePixels_, x, y)] != 0;
+}
+
+int FilmTile::keepWanting(float bound, float white) {
+  const PixelRect& all = samplePixels_;
+  const auto isAbove = [&](int x, int y) {
+    const PixelMoments& m = moments(x, y);
+    const float times = std::max(1.f, m.mean / white);
+    return m.meanVariance() > bound * times * times;
+  };
+  std::vector<std::uint8_t> still(area(all));
+  for (int y = all.y0; y < all.y1; ++y)
+    for (int x = all.x0; x < all.x1; ++x) {
+      if (!isAbove(x, y)) continue;
+      for (int j = std::max(y - 1, all.y0); j <= std::min(y + 1, all.y1 - 1); ++j)
+        for (int i = std::max(x - 1, all.x0); i <= std::min(x + 1, all.x1 - 1); ++i)
+          still[indexIn(all, i, j)] = wants(i, j);
+    }
+  wanting_ = std::move(still);
+  return static_cast<int>(std::count(wanting_.begin(), wanting_.end(), 1));
+}
+
 // Adds the sample to every pixel whose filter support holds it.
-void FilmTile::splat(double x, double y, std::span<const float> values) {
+void FilmTile::splat(double x, double y, std::span<const float> values, double scale) {
   const auto first = [](double at, double width) {
     return static_cast<int>(std::floor(at - width / 2 - 0.5)) + 1;
   };
@@ -116,7 +157,7 @@ void FilmTile::splat(double x, double y, std::span<const float> values) {
     for (int i = x0; i <= x1; ++i, sums += channels + 1) {
       const float weight = separable ? row * columns[static_cast<std::size_t>(i - x0)]
                                      : filter_.weight(static_cast<float>(x - i - 0.5), dy);
-      const auto w = static_cast<double>(weight);
+      const auto w = scale * static_cast<double>(weight);
       for (std::size_t c = 0; c < channels; ++c) sums[c] += w * static_cast<double>(values[c]);
       sums[channels] += w;
     }
@@ -143,7 +184,8 @@ std::string Film::problem(const FilmSettings& s) {
   if (s.bucketWidth < 1 || s.bucketHeight < 1 || s.bucketWidth > kLargestBucket ||
       s.bucketHeight > kLargestBucket)
     return "a bucket must have 1 to " + std::to_string(kLargestBucket) + " pixels per side";
-  if (s.channels.empty() || (s.variance && s.channels.size() < 3)) return "the film has too few channels";
+  if (s.channels.empty() || ((s.variance || s.adaptiveFrom > 0) && s.channels.size() < 3))
+    return "the film has too few channels";
   if (area(pixels) * (s.channels.size() + 1) > kLargestFilm)
     return "the picture's channels would take more than 16 GB";
   return {};
@@ -173,7 +215,7 @@ Film::Film(FilmSettings settings)
   for (std::size_t c = 0; c < settings_.channels.size(); ++c)
     if (settings_.channels[c].combine == Combine::Nearest)
       for (std::size_t i = c; i < sums_.size(); i += settings_.channels.size() + 1) sums_[i] = kFarDepth;
-  if (settings_.variance) moments_.resize(area(pixels_));
+  if (settings_.variance || settings_.adaptiveFrom > 0) moments_.resize(area(pixels_));
 }
 
 PixelRect Film::reach(const PixelRect& r) const {
@@ -196,7 +238,8 @@ FilmTile Film::begin(int index) const {
   tile.pixels_ = intersection(reach(tile.samplePixels_), pixels_);
   tile.sums_.assign(area(tile.pixels_) * (settings_.channels.size() + 1), 0.);
   tile.nearest_.assign(area(tile.pixels_) * settings_.channels.size(), kFarDepth);
-  if (settings_.variance) tile.moments_.resize(area(tile.samplePixels_));
+  if (!moments_.empty()) tile.moments_.resize(area(tile.samplePixels_));
+  tile.keeps_ = settings_.adaptiveFrom > 0;
   return tile;
 }
 
@@ -207,7 +250,9 @@ std::uint64_t Film::openBytes() const {
   for (int x = 0; x < tilesX_; ++x) columns += static_cast<std::uint64_t>(pixelsOf(x).width());
   for (int y = 0; y < tilesY_; ++y) rows += static_cast<std::uint64_t>(pixelsOf(y * tilesX_).height());
   const std::size_t channels = settings_.channels.size();
-  return columns * rows * ((channels + 1) * sizeof(double) + channels * sizeof(float));
+  const std::uint64_t kept = area(samplePixels_) * static_cast<std::uint64_t>(settings_.adaptiveFrom);
+  return columns * rows * ((channels + 1) * sizeof(double) + channels * sizeof(float)) +
+         kept * (channels + 2) * sizeof(float);
 }
 
 // The colour is taken from the raster's tile grid, not the crop window's, so that a crop adds in the same
@@ -237,6 +282,7 @@ bool Film::mayMerge(int index) const {
 }
 
 void Film::finish(FilmTile&& tile) {
+  tile.settle();
   const std::lock_guard lock(mutex_);
   const auto at = static_cast<std::size_t>(tile.index_);
   if (states_[at] != TileState::Open) return;
@@ -300,7 +346,15 @@ std::unique_ptr<Film> Film::preview(std::span<const FilmTile* const> tiles) cons
   std::vector<const FilmTile*> ordered(tiles.begin(), tiles.end());
   // Tiles of one colour do not overlap, and so need no order.
   std::ranges::stable_sort(ordered, {}, [&](const FilmTile* tile) { return colour(tile->index_); });
-  for (const FilmTile* tile : ordered) film->add(*tile);
+  for (const FilmTile* tile : ordered) {
+    if (tile->kept_.empty()) {
+      film->add(*tile);
+    } else {
+      FilmTile settled = *tile;
+      settled.settle();
+      film->add(settled);
+    }
+  }
   return film;
 }
 

@@ -55,8 +55,11 @@ struct FilmSettings {
   std::vector<FilmChannel> channels = {{"r"}, {"g"}, {"b"}, {"a"}, {"z", Combine::Nearest}};
   int bucketWidth = 16;  // pixels
   int bucketHeight = 16;
-  bool variance =
-      false;  // keep moments of the luminance of channels 0..2 per pixel (adaptive sampling, tests)
+  bool variance = false;  // keep moments of the luminance of channels 0..2 per pixel
+  // Above 0: pixels have that many samples or more, each another number. Whatever that is, a pixel's samples
+  // weigh together as much as another's, so that filters see none of it; moments are kept. Tiles keep their
+  // samples until they are finished.
+  int adaptiveFrom = 0;
 };
 
 // Running mean and spread of one pixel's own, unfiltered samples (Welford).
@@ -85,13 +88,22 @@ class FilmTile {
   // The order of the calls must depend on the tile only, never on time or threads.
   bool addSample(double x, double y, std::span<const float> values);
 
-  // Moments of a pixel of samplePixels(); all zero unless FilmSettings::variance.
+  // Moments of a pixel of samplePixels(); all zero unless FilmSettings::variance or adaptiveFrom.
   const PixelMoments& moments(int x, int y) const;
+
+  // Whether a pixel of samplePixels() wants more samples. All do until keepWanting() says otherwise.
+  bool wants(int x, int y) const;
+  // Of the pixels that want samples, those still do whose mean has a variance above `bound`, or that have
+  // such a pixel among the eight around them in this tile: what one has missed the next may have met. Of
+  // pixels brighter than `white` the variance counts relative to the mean: bound * (mean / white)^2. Returns
+  // how many do.
+  int keepWanting(float bound, float white);
 
  private:
   friend class Film;
   bool acceptable(std::span<const float> values) const;
-  void splat(double x, double y, std::span<const float> values);
+  void splat(double x, double y, std::span<const float> values, double scale);
+  void settle();
 
   int index_ = 0;
   PixelFilter filter_;
@@ -101,6 +113,9 @@ class FilmTile {
   std::vector<double> sums_;           // per pixel: the channels' weighted sums, then the weight
   std::vector<float> nearest_;         // per pixel: the channels' least values (only those that combine so)
   std::vector<PixelMoments> moments_;  // per sample pixel, or empty
+  bool keeps_ = false;                 // samples, until settle()
+  std::vector<float> kept_;            // x, y and the channels' values, sample after sample
+  std::vector<std::uint8_t> wanting_;  // per sample pixel; empty: all
   std::uint64_t samples_ = 0;
   std::uint64_t refused_ = 0;
 };

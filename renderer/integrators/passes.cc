@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -18,6 +19,8 @@ namespace patina {
 namespace {
 
 STAT_TIME("Time of threads/everything else", otherTime);
+STAT_COUNTER("Adaptive sampling/pixels", adaptivePixels);
+STAT_COUNTER("Adaptive sampling/with all samples", fullPixels);
 
 using Clock = std::chrono::steady_clock;
 
@@ -66,6 +69,22 @@ class Showing {
 
 }  // namespace
 
+SamplePlan samplePlan(const Options& options, const RenderSettings& settings) {
+  constexpr int kFewest = 4;  // a variance of fewer says little
+  SamplePlan plan;
+  plan.most = std::max(1, settings.samples     ? *settings.samples
+                          : options.maxSamples ? *options.maxSamples
+                                               : options.pixelSamplesX * options.pixelSamplesY);
+  plan.least = plan.most;
+  if (!(options.pixelVariance > 0)) return plan;
+  const auto root = static_cast<int>(std::lround(std::sqrt(plan.most)));
+  plan.least =
+      std::min(plan.most, options.minSamples ? std::max(*options.minSamples, 2) : std::max(root, kFewest));
+  plan.white = 1 / std::max(options.exposureGain, 1e-6f);
+  plan.variance = options.pixelVariance * plan.white * plan.white;
+  return plan;
+}
+
 std::vector<SampleRange> passesOf(int samplesPerPixel, bool progressive) {
   const auto all = static_cast<uint32_t>(std::max(samplesPerPixel, 1));
   std::vector<SampleRange> passes;
@@ -74,9 +93,30 @@ std::vector<SampleRange> passesOf(int samplesPerPixel, bool progressive) {
   return passes;
 }
 
-void renderPasses(Film& film, const World& world, const Integrator& integrator, bool progressive) {
+namespace {
+
+/// Gives a tile what its pixels want beyond the samples that all have.
+void goOn(FilmTile& tile, const SamplePlan& plan, const World& world, const Integrator& integrator,
+          TileMemory* memory) {
+  const PixelRect& pixels = tile.samplePixels();
+  int wanting = pixels.width() * pixels.height();
+  adaptivePixels += wanting;
+  for (int first = plan.least; first < plan.most && !world.interrupted();) {
+    wanting = tile.keepWanting(plan.variance, plan.white);
+    if (wanting == 0) return;
+    const int end = static_cast<int>(std::min<int64_t>(plan.most, int64_t{first} + std::max(first / 2, 1)));
+    integrator.render(tile, {static_cast<uint32_t>(first), static_cast<uint32_t>(end)}, memory);
+    first = end;
+  }
+  fullPixels += wanting;
+}
+
+}  // namespace
+
+void renderPasses(Film& film, const World& world, const Integrator& integrator, const SamplePlan& plan,
+                  bool progressive) {
   const RenderSettings& settings = world.settings();
-  const std::vector<SampleRange> passes = passesOf(world.samplesPerPixel(), progressive);
+  const std::vector<SampleRange> passes = passesOf(plan.least, progressive);
   const int count = film.tileCount();
   std::vector<OpenTile> open(passes.size() > 1 ? static_cast<size_t>(count) : 0);
   Showing showing(film, settings);
@@ -89,13 +129,14 @@ void renderPasses(Film& film, const World& world, const Integrator& integrator, 
       OpenTile& place = open.empty() ? none : open[static_cast<size_t>(k)];
       if (!place.tile) {
         place.tile = film.begin(k);
-        if (!isLast) place.memory = integrator.remember();
+        if (!isLast || plan.isAdaptive()) place.memory = integrator.remember();
       }
       const PixelRect& pixels = place.tile->samplePixels();
       const TimeShare share(otherTime);
       const WorkPlaceScope scope({pixels.x0, pixels.y0, pixels.x1, pixels.y1});
       integrator.render(*place.tile, pass, place.memory.get());
       if (isLast) {
+        if (plan.isAdaptive()) goOn(*place.tile, plan, world, integrator, place.memory.get());
         film.finish(std::move(*place.tile));
         place.tile.reset(), place.memory.reset();
       }

@@ -94,7 +94,7 @@ void PathIntegrator::render(FilmTile& tile, SampleRange samples, TileMemory*) co
     std::vector<V2f> positions;
     for (int y = pixels.y0; y < pixels.y1; ++y)
       for (int x = pixels.x0; x < pixels.x1; ++x)
-        for (uint32_t s = first; s < end; ++s) {
+        for (uint32_t s = first; s < end && tile.wants(x, y); ++s) {
           const CameraSample camera = cameraSample(world_, x, y, s);
           Path path;
           path.slot = static_cast<uint32_t>(wave.paths.size());

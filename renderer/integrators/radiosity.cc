@@ -32,7 +32,7 @@ void RadiosityIntegrator::render(FilmTile& tile, SampleRange samples, TileMemory
     wave.results.assign(pixelCount * (end - first), Result{});
     for (int y = pixels.y0; y < pixels.y1; ++y)
       for (int x = pixels.x0; x < pixels.x1; ++x)
-        for (uint32_t s = first; s < end; ++s) {
+        for (uint32_t s = first; s < end && tile.wants(x, y); ++s) {
           const CameraSample camera = cameraSample(world_, x, y, s);
           Walk walk{};
           walk.slot = static_cast<uint32_t>(wave.walks.size());

@@ -50,7 +50,9 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
                           ? settings.threads
                           : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
-  const FilmSettings filmWanted = filmSettings(scene.options, errors);
+  FilmSettings filmWanted = filmSettings(scene.options, errors);
+  const SamplePlan plan = samplePlan(scene.options, settings);
+  if (plan.isAdaptive()) filmWanted.adaptiveFrom = plan.least;
   if (const std::string problem = Film::problem(filmWanted); !problem.empty()) return fail(problem);
   PhaseTimer whole("Whole frame");
   auto film = std::make_unique<Film>(filmWanted);
@@ -68,7 +70,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
                                 (film->openBytes() >> 30) + 1, kMostOpenBytes >> 30));
       progressive = false;
     }
-    renderPasses(*film, world, *integrator, progressive);
+    renderPasses(*film, world, *integrator, plan, progressive);
     integrator->finish();
     world.summarize(errors);
     world.geometry().reportMemory();

@@ -8,6 +8,7 @@
 
 #include "renderer/base/sampling.h"
 #include "renderer/base/statistics.h"
+#include "renderer/integrators/passes.h"
 #include "renderer/shading/work_place.h"
 #include "rib/search_path.h"
 
@@ -26,10 +27,7 @@ World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& e
     : scene_(scene), settings_(settings), errors_(errors), camera_(scene.camera, scene.options) {
   if (camera_.singular()) throw std::runtime_error("the camera's transformation is singular");
   const Options& options = scene.options;
-  samplesPerPixel_ = settings.samples ? std::max(1, *settings.samples)
-                     : options.maxSamples
-                         ? std::max(1, *options.maxSamples)
-                         : std::max(1, options.pixelSamplesX) * std::max(1, options.pixelSamplesY);
+  samplesPerPixel_ = samplePlan(options, settings).most;
   frameSeed_ = mixBits(static_cast<uint64_t>(std::max(0, settings.seed.value_or(options.seed))));
   loadShaders();
   {

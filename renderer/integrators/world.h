@@ -116,7 +116,7 @@ class World final : private GeometryListener {
   void addAmbient(std::span<const ShadingPoint> points, std::span<const SurfaceTerms> terms,
                   std::span<Rgb> radiance) const;
 
-  int samplesPerPixel() const { return samplesPerPixel_; }
+  int samplesPerPixel() const { return samplesPerPixel_; }  ///< at most
   /// What every seed of random numbers is combined with (exclusive or): a hash of RenderSettings::seed, 0 for
   /// seed 0.
   uint64_t frameSeed() const { return frameSeed_; }

@@ -256,6 +256,9 @@ TEST(Film, SaysWhatOpenTilesTake) {
   settings.filter = {Kind::Box, 1, 1};
   // Five channels: a double each, one for the weight, and a float each.
   EXPECT_EQ(Film(settings).openBytes(), 40u * 20 * (6 * 8 + 5 * 4));
+  settings.adaptiveFrom = 3;  // samples that are kept: five values and their place
+  EXPECT_EQ(Film(settings).openBytes(), 40u * 20 * (6 * 8 + 5 * 4 + 3 * 7 * 4));
+  settings.adaptiveFrom = 0;
   // Reaching one pixel: columns of 1, 17, 18 and 9 pixels, rows of 1, 17 and 5.
   settings.filter = {Kind::Gaussian, 2, 2};
   EXPECT_EQ(Film(settings).openBytes(), (1u + 17 + 18 + 9) * (1 + 17 + 5) * (6 * 8 + 5 * 4));
@@ -274,6 +277,77 @@ TEST(Film, MomentsOfAPixel) {
   film.finish(std::move(tile));
   film.flush();
   EXPECT_NEAR(film.meanVariance(x, y), 5.0 / 12, 1e-5);
+}
+
+// Pixels of other numbers of samples: what is repeated 32 times weighs as much as if it came once, under a
+// filter that reaches over pixels, in finished pictures and in previews.
+TEST(Film, PixelsWeighTheSameWhateverTheirNumberOfSamples) {
+  FilmSettings settings = small(Kind::Gaussian, 4, 3);
+  const auto render = [&](bool repeats, bool shown) {
+    Film film(settings);
+    std::vector<FilmTile> tiles;
+    for (int k = 0; k < film.tileCount(); ++k) {
+      FilmTile& tile = tiles.emplace_back(film.begin(k));
+      const PixelRect& r = tile.samplePixels();
+      for (int y = r.y0; y < r.y1; ++y)
+        for (int x = r.x0; x < r.x1; ++x)
+          for (int s = 0; s < 2; ++s)
+            for (int again = 0; again < (repeats && (x + 3 * y) % 5 == 0 ? 32 : 1); ++again)
+              tile.addSample(x + static_cast<double>(noise(x, y, s, 5)),
+                             y + static_cast<double>(noise(x, y, s, 6)),
+                             std::array{noise(x, y, s, 0), noise(x, y, s, 1), 0.f, 1.f, 1.f});
+    }
+    std::vector<const FilmTile*> pointers;
+    for (const FilmTile& tile : tiles) pointers.push_back(&tile);
+    const auto preview = film.preview(pointers);
+    for (FilmTile& tile : tiles) film.finish(std::move(tile));
+    film.flush();
+    const Film& which = shown ? *preview : film;
+    std::vector<float> values;
+    for (int y = which.pixels().y0; y < which.pixels().y1; ++y)
+      for (int x = which.pixels().x0; x < which.pixels().x1; ++x)
+        for (int c = 0; c < which.channelCount(); ++c) values.push_back(which.value(x, y, c));
+    return values;
+  };
+  const std::vector<float> expected = render(false, false);
+  const auto difference = [&](const std::vector<float>& values) {
+    float most = 0;
+    for (std::size_t k = 0; k < values.size(); ++k) most = std::max(most, std::abs(values[k] - expected[k]));
+    return most;
+  };
+  EXPECT_GT(difference(render(true, false)), 0.05f);  // or the test shows nothing
+  settings.adaptiveFrom = 2;
+  EXPECT_LT(difference(render(false, false)), 1e-6f);
+  EXPECT_LT(difference(render(true, false)), 2e-6f);
+  EXPECT_LT(difference(render(true, true)), 2e-6f);
+}
+
+TEST(Film, PixelsWantSamplesUntilTheirVarianceIsLow) {
+  FilmSettings settings = small(Kind::Box, 1, 1);
+  settings.adaptiveFrom = 2;
+  const Film film(settings);
+  FilmTile tile = film.begin(0);
+  const PixelRect r = tile.samplePixels();
+  ASSERT_EQ(r.width(), 8);
+  ASSERT_EQ(r.height(), 5);
+  const auto add = [&](int x, int y, std::initializer_list<float> values) {
+    for (const float v : values) tile.addSample(x + 0.5, y + 0.5, std::array{v, v, v, 1.f, 1.f});
+  };
+  for (int y = 0; y < 5; ++y)
+    for (int x = 0; x < 8; ++x) {
+      EXPECT_TRUE(tile.wants(x, y));
+      if (x == 0 && y == 0)
+        add(x, y, {0.3f, 0.5f});  // the mean's variance: 0.01
+      else if (x == 6 && y == 2)
+        add(x, y, {6, 10});  // 4, over 64: 0.0625
+      else
+        add(x, y, {0.4f, 0.4f});
+    }
+  EXPECT_EQ(tile.keepWanting(0.011f, 1), 9) << "one and its eight neighbours";
+  for (int y = 0; y < 5; ++y)
+    for (int x = 0; x < 8; ++x) EXPECT_EQ(tile.wants(x, y), x >= 5 && y >= 1 && y <= 3);
+  EXPECT_EQ(tile.keepWanting(0.009f, 1), 9) << "who has stopped does not go on";
+  EXPECT_EQ(tile.keepWanting(0.07f, 1), 0) << "relative beyond white";
 }
 
 TEST(Film, NamesWhatIsWrongWithItsSettings) {
