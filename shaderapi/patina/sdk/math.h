@@ -5,10 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
+#include <utility>
 
 // Kernels vectorise only if everything that they call is inlined.
 #define PATINA_INLINE __attribute__((always_inline)) inline
+#define PATINA_INLINE_LAMBDA __attribute__((always_inline))  // [..](..) PATINA_INLINE_LAMBDA { .. }
 
 // glibc has vector variants of these functions; gcc uses them when told so (without -ffast-math).
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
@@ -91,6 +95,7 @@ PATINA_INLINE constexpr float clamp(float x, float low, float high) {
 }
 PATINA_INLINE constexpr float mix(float a, float b, float t) { return a * (1 - t) + b * t; }
 PATINA_INLINE constexpr Color mix(const Color& a, const Color& b, float t) { return a * (1 - t) + b * t; }
+PATINA_INLINE constexpr Vector mix(const Vector& a, const Vector& b, float t) { return a * (1 - t) + b * t; }
 /// RI's: 0 below `low`, 1 above `high`, a smooth cubic between; a step where they are equal.
 PATINA_INLINE constexpr float smoothstep(float low, float high, float x) {
   const float t = clamp((x - low) / std::max(high - low, 1e-30f), 0, 1);
@@ -105,6 +110,16 @@ PATINA_INLINE float log(float x) { return ::logf(x); }
 PATINA_INLINE float pow(float x, float y) { return ::powf(x, y); }
 PATINA_INLINE float sqrt(float x) { return std::sqrt(x); }
 PATINA_INLINE constexpr float radians(float degrees) { return degrees * (kPi / 180); }
+
+/// f(k) for k = 0 to N - 1, each a std::integral_constant<int, k>, written out: a loop inside of a kernel
+/// keeps compilers from making vector code of the loop over points.
+template <int N, class F>
+PATINA_INLINE constexpr void unrolled(const F& f) {
+  [&]<int... K>(std::integer_sequence<int, K...>) PATINA_INLINE_LAMBDA {
+    (f(std::integral_constant<int, K>()), ...);
+  }
+  (std::make_integer_sequence<int, N>());
+}
 
 /// Two unit vectors that make a right-handed frame with the unit vector `n`.
 struct Frame {
