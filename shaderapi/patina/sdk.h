@@ -18,6 +18,13 @@
 //   kernels lookups(), texture()                                 textures (TextureLookup); lobeCount(): lobes
 //   in use PatinaStatus lightBatch(const PatinaLightIn&, PatinaLightOut&) const   in the place of the light's
 //   kernels
+// What patterns are made of has headers of its own: sdk/noise.h (gradient noise of one to four variables),
+// sdk/cells.h (cell noise, Worley), sdk/fractals.h (fBm and turbulence), sdk/filter.h (steps, pulses and
+// checks), sdk/spline.h and sdk/color.h; sdk/math.h (vectors, mix, smoothstep) and sdk/matrix.h
+// (Prepare::transform) are part of this one. All of it becomes vector code within a kernel, and patterns are
+// to be filtered by the footprint: no supersampling hides it, for what `radiosity` gives is cached. An
+// example is shaders/marble.cpp.
+//
 // A kernel must be a function of its arguments and of what `prepare` stored: it runs in several threads at
 // once. At the file's end: PATINA_SHADERS(S, ...). The smallest example is shaders/matte.cpp.
 #pragma once
@@ -27,6 +34,7 @@
 #include <new>
 
 #include "sdk/kernels.h"
+#include "sdk/matrix.h"
 
 namespace patina::sdk {
 
@@ -65,6 +73,16 @@ class Prepare {
   }
   void report(PatinaReport severity, int32_t code, const char* message) const {
     host.report(host.host, severity, code, message);
+  }
+  /// From one coordinate system to another: "world", "camera", "shader", "object" or a name given by RI's
+  /// CoordinateSystem. Kernels are given world space. Of a name that is not known a warning is reported, and
+  /// nothing is transformed.
+  Matrix transform(const char* from, const char* to) const {
+    float m[16] = {};
+    if (host.transform(host.host, from, to, m)) return Matrix(m);
+    constexpr int32_t kUnknownSystem = -1;
+    report(PATINA_REPORT_WARNING, kUnknownSystem, "a coordinate system that it names is not known");
+    return Matrix();
   }
   /// Row-vector matrices between world space and that of the request which named the shader.
   const float* worldToShader() const { return in_.world_to_shader; }
