@@ -219,6 +219,40 @@ TEST_F(TextureTest, ShinyMetalReflectsItsPictureInsteadOfTheScene) {
   expectNear(get(out.emission, 0), {0.5f, 0, 0.05f}, 1e-5f);
 }
 
+TEST_F(TextureTest, LibraryShadersReadTheirTextures) {
+  writePicture("steps.ppm", 4, 1, [](int x, int) { return std::array<int, 3>{85 * x, 51, 0}; });
+  const auto bound = [&](const char* name, std::vector<ShaderArgument> arguments) {
+    arguments.push_back(text("texturename", "steps.ppm"));
+    return BoundShader(name, std::move(arguments), M44d(), textures_.get());
+  };
+  const BoundShader paint = bound("texturedmatte", {number("Kd", 0.5f)});
+  const BoundShader relief = bound(
+      "displace", {number("Km", 2), number("middle", 0.5f), number("low", 0.25f), number("high", 0.9f)});
+  const BoundShader sheet = bound("cutout", {number("radius", 0.5f)});
+  Batch batch = paint.batch(4);
+  batch.points.s = batch.varying([](uint32_t i) { return (float(i) + 0.5f) / 4; });
+  batch.points.t = batch.uniform(0.5f);
+  batch.points.footprint = batch.points.footprint_st = batch.uniform(0);
+  batch.points.P = batch.uniform({0, 0, 0});
+  batch.points.N = batch.uniform({0, 0, 1});
+  batch.points.Cs = batch.uniform({1, 0.5f, 1});
+  batch.points.Os = batch.uniform({1, 1, 1});
+  PatinaRadiosityOut painted = batch.radiosityOut(), cut = batch.radiosityOut();
+  PatinaDisplacementOut moved = batch.displacementOut();
+  ASSERT_EQ(paint->radiosity(batch.points, painted), PATINA_OK);
+  batch.points.values = relief->values().data();
+  ASSERT_EQ(relief->displacement(batch.points, moved), PATINA_OK);
+  batch.points.values = sheet->values().data();
+  ASSERT_EQ(sheet->radiosity(batch.points, cut), PATINA_OK);
+  EXPECT_FLOAT_EQ(relief->traits().displacement_bound, 0.8f);
+  for (uint32_t i = 0; i < 4; ++i) {
+    const float value = float(i) / 3;
+    expectNear(get(painted.reflectance, i), {0.5f * value, 0.05f, 0}, 1e-5f);
+    EXPECT_NEAR(get(moved.P, i)[2], 2 * (std::clamp(value, 0.25f, 0.9f) - 0.5f), 1e-5);
+    EXPECT_EQ(cut.opacity.x[i], 1);  // a picture without alpha has no holes, round ones are not asked for
+  }
+}
+
 // A bright square in a dark sky: the estimate of the sky's mean radiance agrees with the sum over the
 // picture, `evaluate` with `sample`, and the density integrates to one.
 TEST_F(TextureTest, EnvironmentLightIsDrawnByItsPicture) {

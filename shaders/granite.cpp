@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// granite: crystals of three minerals, grown into each other.
+#include <patina/sdk.h>
+#include <patina/sdk/cells.h>
+#include <patina/sdk/fractals.h>
+
+using namespace patina::sdk;
+
+namespace {
+
+struct Granite {
+  struct Parameters {
+    float Ka = 1, Kd = 0.8f, Ks = 0.2f, roughness = 0.1f;
+    float frequency = 12, quartz = 0.3f, mica = 0.2f, variation = 0.35f;
+    Color feldsparcolor{0.72f, 0.5f, 0.42f}, quartzcolor{0.6f, 0.58f, 0.55f}, micacolor{0.06f, 0.06f, 0.07f};
+    Color specularcolor = 1;
+  };
+  static constexpr auto kInfo = describe(
+      "granite",
+      "Polished granite, in shader space: Ci = Os * (Cs * C * (Ka * ambient() + Kd * diffuse(N)) + "
+      "specularcolor "
+      "* Ks * specular(N, V, roughness)), where C is constant in each crystal",
+      uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
+      uniform("Kd", &Parameters::Kd, "weight of diffuse reflection", kUnitRange),
+      uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
+      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 8 / roughness",
+              {1e-4, 10}),
+      uniform("frequency", &Parameters::frequency, "crystals in one unit of shader space", {0, 1e6}),
+      uniform("quartz", &Parameters::quartz, "share of crystals of quartz", kUnitRange),
+      uniform("mica", &Parameters::mica, "share of crystals of mica; the rest is feldspar", kUnitRange),
+      uniform("variation", &Parameters::variation,
+              "how much darker than their mineral the darkest crystals are", kUnitRange),
+      uniform("feldsparcolor", &Parameters::feldsparcolor, "colour of feldspar", kUnitRange),
+      uniform("quartzcolor", &Parameters::quartzcolor, "colour of quartz", kUnitRange),
+      uniform("micacolor", &Parameters::micacolor, "colour of mica", kUnitRange),
+      uniform("specularcolor", &Parameters::specularcolor, "colour of highlights", kUnitRange));
+  static constexpr uint64_t kTraits = PATINA_TRAIT_OPACITY_IS_OS;
+
+  PatinaStatus prepare(const Parameters& p, Prepare& context) {
+    toShader_ = Matrix(context.worldToShader());
+    const float mica = clamp(p.mica, 0, 1), quartz = clamp(p.quartz, 0, 1 - mica);
+    mean_ = (p.micacolor * mica + p.quartzcolor * quartz + p.feldsparcolor * (1 - mica - quartz)) *
+            (1 - 0.5f * p.variation);
+    if (p.Kd == 0) context.set(PATINA_TRAIT_BLACK);
+    if (p.Ka == 0 && p.Kd == 0) context.disable(PATINA_ENTRY_RADIOSITY);
+    if (p.Ks == 0 || isBlack(p.specularcolor)) context.disable(PATINA_ENTRY_VIEW);
+    return PATINA_OK;
+  }
+
+  Radiosity radiosity(const Parameters& p, const Surface<kP | kFootprint | kCs | kOs>& at) const {
+    const Vector q = toShader_.point(at.P) * p.frequency;
+    const float width = at.footprint * toShader_.scale() * p.frequency;
+    // Straight faces would look like broken glass, and flat colours like paper.
+    const Worley crystal = worley(q + vsnoise(q * 1.7f) * 0.25f);
+    const float clouding = 0.5f + 0.5f * filteredSnoise(q * 5, 5 * width);
+    const float mineral = cellRandom(crystal.cell, 0);
+    const float isMica = mineral < p.mica ? 1.0f : 0.0f, isQuartz = mineral < p.mica + p.quartz ? 1.0f : 0.0f;
+    const Color pure = mix(mix(p.feldsparcolor, p.quartzcolor, isQuartz), p.micacolor, isMica);
+    const Color seen = pure * (1 - p.variation * mix(cellRandom(crystal.cell, 1), clouding, 0.4f));
+    const Color color = at.Os * at.Cs * mix(mean_, seen, cellLeft(width));
+    Radiosity out;
+    out.reflectance = color * p.Kd;
+    out.ambient = color * p.Ka;
+    out.opacity = at.Os;
+    return out;
+  }
+
+  View<PATINA_LOBE_RI_SPECULAR> view(const Parameters& p, const Surface<kOs>& at) const {
+    View<PATINA_LOBE_RI_SPECULAR> out;
+    out.lobes[0].weight = at.Os * p.specularcolor * p.Ks;
+    out.lobes[0].alpha = std::max(p.roughness, 1e-4f);
+    return out;
+  }
+
+ private:
+  Matrix toShader_;
+  Color mean_;
+};
+
+}  // namespace
+
+PATINA_SHADERS(Granite)

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// wood: a trunk's annual rings around the z axis of shader space, and its fibres.
+#include <patina/sdk.h>
+#include <patina/sdk/cells.h>
+#include <patina/sdk/filter.h>
+#include <patina/sdk/fractals.h>
+
+using namespace patina::sdk;
+
+namespace {
+
+struct Wood {
+  struct Parameters {
+    float Ka = 1, Kd = 0.8f, Ks = 0.15f, roughness = 0.2f;
+    float frequency = 8, distortion = 0.6f, grain = 0.35f;
+    Color lightcolor{0.7f, 0.41f, 0.18f}, darkcolor{0.34f, 0.15f, 0.05f}, specularcolor = 1;
+  };
+  static constexpr auto kInfo = describe(
+      "wood",
+      "Wood, cut from a trunk along the z axis of shader space: Ci = Os * (Cs * C * (Ka * ambient() + Kd * "
+      "diffuse(N)) + specularcolor * Ks * specular(N, V, roughness)), where C goes from lightcolor to "
+      "darkcolor "
+      "within each annual ring",
+      uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
+      uniform("Kd", &Parameters::Kd, "weight of diffuse reflection", kUnitRange),
+      uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
+      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 8 / roughness",
+              {1e-4, 10}),
+      uniform("frequency", &Parameters::frequency, "annual rings in one unit of shader space", {0, 1e6}),
+      uniform("distortion", &Parameters::distortion, "how far rings stray from circles, in rings", {0, 10}),
+      uniform("grain", &Parameters::grain, "how dark the darkest fibres are", kUnitRange),
+      uniform("lightcolor", &Parameters::lightcolor, "of wood that grew in spring", kUnitRange),
+      uniform("darkcolor", &Parameters::darkcolor, "of wood that grew in late summer", kUnitRange),
+      uniform("specularcolor", &Parameters::specularcolor, "colour of highlights", kUnitRange));
+  static constexpr uint64_t kTraits = PATINA_TRAIT_OPACITY_IS_OS;
+
+  PatinaStatus prepare(const Parameters& p, Prepare& context) {
+    toShader_ = Matrix(context.worldToShader());
+    if (p.Kd == 0) context.set(PATINA_TRAIT_BLACK);
+    if (p.Ka == 0 && p.Kd == 0) context.disable(PATINA_ENTRY_RADIOSITY);
+    if (p.Ks == 0 || isBlack(p.specularcolor)) context.disable(PATINA_ENTRY_VIEW);
+    return PATINA_OK;
+  }
+
+  Radiosity radiosity(const Parameters& p, const Surface<kP | kFootprint | kCs | kOs>& at) const {
+    const Vector q = toShader_.point(at.P) * p.frequency;
+    const float width = at.footprint * toShader_.scale() * p.frequency;
+
+    // Trunks are not straight, and their rings wobble; both change slowly along the trunk.
+    const Vector slow(0.12f * q.x, 0.12f * q.y, 0.03f * q.z);
+    const Vector bend = vsnoise(Vector(0.5f, 1.5f, 0.03f * q.z)) * (2 * p.distortion);
+    const float x = q.x + bend.x, y = q.y + bend.y;
+    const float ring = std::sqrt(x * x + y * y) + p.distortion * 1.5f * fbm<3>(slow, 0.12f * width, 2.3f);
+
+    // Within a ring: darker and darker, then at once light again; some years are darker than others.
+    const float year = mix(0.5f, cellnoise(ring, 3.5f), cellLeft(width));
+    const float late = ringMean(ring, width) * (0.55f + 0.45f * year);
+
+    // Fibres: noise that is long along the trunk.
+    const Vector fibre(4 * q.x, 4 * q.y, 0.15f * q.z);
+    const float dark = p.grain * (0.5f - 0.5f * fbm<2>(fibre, 4 * width) * (1 / amplitudes<2>()));
+    const Color color = at.Os * at.Cs * mix(p.lightcolor, p.darkcolor, late) * (1 - dark);
+    Radiosity out;
+    out.reflectance = color * p.Kd;
+    out.ambient = color * p.Ka;
+    out.opacity = at.Os;
+    return out;
+  }
+
+  View<PATINA_LOBE_RI_SPECULAR> view(const Parameters& p, const Surface<kOs>& at) const {
+    View<PATINA_LOBE_RI_SPECULAR> out;
+    out.lobes[0].weight = at.Os * p.specularcolor * p.Ks;
+    out.lobes[0].alpha = std::max(p.roughness, 1e-4f);
+    return out;
+  }
+
+ private:
+  // The profile of a ring: up from 0.2 to 0.85 and down to 1. Its integral, and its mean over a box.
+  static float ringIntegral(float x) {
+    const float f = fraction(x);
+    return (x - f) * kRingMean + smoothstepIntegral(0.2f, 0.85f, f) - smoothstepIntegral(0.85f, 1, f);
+  }
+  static float ringMean(float x, float width) {
+    const float w = std::max(width, 0.01f), from = fraction(x - 0.5f * w);
+    return clamp((ringIntegral(from + w) - ringIntegral(from)) / w, 0, 1);
+  }
+  static constexpr float kRingMean = smoothstepIntegral(0.2f, 0.85f, 1) - smoothstepIntegral(0.85f, 1, 1);
+
+  Matrix toShader_;
+};
+
+}  // namespace
+
+PATINA_SHADERS(Wood)
