@@ -176,34 +176,34 @@ bool ShaderInstance::prepare(ErrorHandler& errors) {
         "prepare failed with status {} ({})", status,
         status > 0 && status < int(std::size(kReasons)) ? kReasons[status] : "not a known status");
   else
-    fault = findTraitsFault();
+    fault = findTraitsFault(traits_);
   if (fault.empty()) return true;
   errors.report(Severity::Error, RiError::NoShader, where_,
                 fmt::format("shader \"{}\": {}", shader_.name, fault));
   return false;
 }
 
-std::string ShaderInstance::findTraitsFault() const {
+std::string findTraitsFault(const PatinaTraits& traits) {
   static constexpr std::string_view kEntryNames[] = {"displacement", "light", "radiosity", "view"};
-  if (traits_.active & ~kAllEntries)
-    return fmt::format("its traits name entry points that are not: {:#x}", traits_.active);
+  if (traits.active & ~kAllEntries)
+    return fmt::format("its traits name entry points that are not: {:#x}", traits.active);
   for (uint32_t entry = 0; entry < PATINA_ENTRIES; ++entry) {
     const uint64_t known = entry == PATINA_ENTRY_VIEW ? kAllChannels : kAllChannels & ~PATINA_CHANNEL_I;
-    const uint64_t wrong = traits_.reads[entry] & ~known;
+    const uint64_t wrong = traits.reads[entry] & ~known;
     if (wrong & PATINA_CHANNEL_I & kAllChannels)
       return fmt::format("its traits say that {} reads I, which only view is given", kEntryNames[entry]);
     if (wrong)
       return fmt::format("its traits say that {} reads channels that are not: {:#x}", kEntryNames[entry],
                          wrong);
   }
-  if (traits_.light_kind > PATINA_LIGHT_AREA)
-    return fmt::format("its traits have the light kind {}", traits_.light_kind);
-  if (active(PATINA_ENTRY_LIGHT) && traits_.light_kind == PATINA_LIGHT_NONE)
+  if (traits.light_kind > PATINA_LIGHT_AREA)
+    return fmt::format("its traits have the light kind {}", traits.light_kind);
+  if ((traits.active >> PATINA_ENTRY_LIGHT & 1u) && traits.light_kind == PATINA_LIGHT_NONE)
     return "its traits say that light is active, but not what kind of light it is";
-  if (!std::isfinite(traits_.displacement_bound) || traits_.displacement_bound < 0)
-    return fmt::format("its traits have the displacement bound {}", traits_.displacement_bound);
-  if (!std::isfinite(traits_.light_power) || traits_.light_power < 0)
-    return fmt::format("its traits have the light power {}", traits_.light_power);
+  if (!std::isfinite(traits.displacement_bound) || traits.displacement_bound < 0)
+    return fmt::format("its traits have the displacement bound {}", traits.displacement_bound);
+  if (!std::isfinite(traits.light_power) || traits.light_power < 0)
+    return fmt::format("its traits have the light power {}", traits.light_power);
   return {};
 }
 

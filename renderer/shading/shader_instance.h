@@ -80,7 +80,6 @@ class ShaderInstance {
   void setDefaults();
   void finishValues();
   bool prepare(ErrorHandler& errors);
-  std::string findTraitsFault() const;
 
   const PatinaShader& shader_;
   Location where_;
@@ -99,5 +98,8 @@ class ShaderInstance {
   void* data_ = nullptr;
   bool prepared_ = false;
 };
+
+/// What in traits makes no sense, as the rest of a sentence; empty = nothing.
+std::string findTraitsFault(const PatinaTraits& traits);
 
 }  // namespace patina

@@ -295,7 +295,7 @@ typedef struct PatinaTraits {
     uint32_t active;                 /* bit (1 << PatinaEntry): the entry point does something; others are never called */
     uint64_t reads[4];               /* by PatinaEntry: PATINA_CHANNEL_ bits */
     uint64_t flags;                  /* PATINA_TRAIT_ bits */
-    float displacement_bound;        /* world units: P never moves further */
+    float displacement_bound;        /* world units: P never moves further; 0 = not said, the host finds out */
     uint32_t light_kind;             /* PatinaLightKind */
     float light_power;               /* a guess at relative emitted power, to choose among lights; 0 = unknown. Of AREA lights
                                         the mean radiance: the host knows their area */

@@ -16,15 +16,18 @@
 namespace patina::sdk {
 
 namespace detail {
-PATINA_INLINE uint32_t cellBits(uint32_t salt, float x) { return latticeBits(wholeOf(x), 0, 0, salt); }
-PATINA_INLINE uint32_t cellBits(uint32_t salt, float x, float y) {
-  return latticeBits(wholeOf(x), wholeOf(y), 0, salt);
+PATINA_INLINE uint32_t cellBits(uint32_t salt, float x) {
+  return latticeBits(wholeOf(inReach(x)), 0, 0, salt);
 }
-PATINA_INLINE uint32_t cellBits(uint32_t salt, const Vector& p) {
+PATINA_INLINE uint32_t cellBits(uint32_t salt, float x, float y) {
+  return latticeBits(wholeOf(inReach(x)), wholeOf(inReach(y)), 0, salt);
+}
+PATINA_INLINE uint32_t cellBits(uint32_t salt, const Vector& point) {
+  const Vector p = inReach(point);
   return latticeBits(wholeOf(p.x), wholeOf(p.y), wholeOf(p.z), salt);
 }
 PATINA_INLINE uint32_t cellBits(uint32_t salt, const Vector& p, float w) {
-  return cellBits(salt ^ fourthOf(wholeOf(w)), p);
+  return cellBits(salt ^ fourthOf(wholeOf(inReach(w))), p);
 }
 }  // namespace detail
 
@@ -64,7 +67,8 @@ PATINA_INLINE float cellRandom(uint32_t cell, int32_t k) {
 
 /// `jitter` scatters the points: 1 all over their cells, 0 not at all. Distances are exact and continuous up
 /// to 1.5 - jitter / 2, and cut off there: no point beyond the neighbouring cells is looked for.
-PATINA_INLINE Worley worley(float px, float py, float jitter = 1) {
+PATINA_INLINE Worley worley(float x0, float y0, float jitter = 1) {
+  const float px = detail::inReach(x0), py = detail::inReach(y0);
   const int32_t i = detail::wholeOf(px), j = detail::wholeOf(py);
   const float x = px - static_cast<float>(i) - 0.5f, y = py - static_cast<float>(j) - 0.5f;
   float near = 1e30f, next = 1e30f;
@@ -85,7 +89,8 @@ PATINA_INLINE Worley worley(float px, float py, float jitter = 1) {
   return {std::min(std::sqrt(near), far), std::min(std::sqrt(next), far), cell};
 }
 
-PATINA_INLINE Worley worley(const Vector& p, float jitter = 1) {
+PATINA_INLINE Worley worley(const Vector& point, float jitter = 1) {
+  const Vector p = detail::inReach(point);
   const int32_t i = detail::wholeOf(p.x), j = detail::wholeOf(p.y), k = detail::wholeOf(p.z);
   const float x = p.x - static_cast<float>(i) - 0.5f, y = p.y - static_cast<float>(j) - 0.5f,
               z = p.z - static_cast<float>(k) - 0.5f;

@@ -7,7 +7,7 @@
 //   mean 0.5 vsnoise(...), vnoise(...)                               three of them that know nothing of each
 //   other
 //
-// All have continuous second derivatives and repeat after 2^32; coordinates are less than 2^31, and above
+// All have continuous second derivatives and repeat after 2^32; coordinates count up to 2^30, and above
 // 2^20 a float's own steps show. Standard deviations of snoise for one to four variables: 0.281, 0.305,
 // 0.270, 0.195 (from the integrals of the interpolating polynomial; the tests have them). Noise by itself has
 // details as small as half a cell. A pattern fades it out by the footprint: sdk/fractals.h.
@@ -21,7 +21,11 @@ namespace patina::sdk {
 
 namespace detail {
 
-/// The largest whole number that is not above x.
+/// Far away, where floats are more than cells apart, patterns stay what they are at 2^30.
+PATINA_INLINE float inReach(float x) { return std::min(std::max(x, -0x1p30f), 0x1p30f); }
+PATINA_INLINE Vector inReach(const Vector& p) { return {inReach(p.x), inReach(p.y), inReach(p.z)}; }
+
+/// The largest whole number that is not above x, which is in reach.
 PATINA_INLINE int32_t wholeOf(float x) {
   const auto i = static_cast<int32_t>(x);
   return static_cast<float>(i) > x ? i - 1 : i;
@@ -78,14 +82,16 @@ PATINA_INLINE float gradientTimes(uint32_t bits, float x, float y, float z, floa
   return sum * (2.0f / 3);
 }
 
-PATINA_INLINE float gradientNoise(uint32_t salt, float px) {
+PATINA_INLINE float gradientNoise(uint32_t salt, float x0) {
+  const float px = inReach(x0);
   const int32_t i = wholeOf(px);
   const float x = px - static_cast<float>(i);
   return between(fade(x), gradientTimes(latticeBits(i, 0, 0, salt), x),
                  gradientTimes(latticeBits(i + 1, 0, 0, salt), x - 1));
 }
 
-PATINA_INLINE float gradientNoise(uint32_t salt, float px, float py) {
+PATINA_INLINE float gradientNoise(uint32_t salt, float x0, float y0) {
+  const float px = inReach(x0), py = inReach(y0);
   const int32_t i = wholeOf(px), j = wholeOf(py);
   const float x = px - static_cast<float>(i), y = py - static_cast<float>(j);
   const auto corner = [&](int32_t a, int32_t b) PATINA_INLINE_LAMBDA {
@@ -96,7 +102,8 @@ PATINA_INLINE float gradientNoise(uint32_t salt, float px, float py) {
   return between(v, between(u, corner(0, 0), corner(1, 0)), between(u, corner(0, 1), corner(1, 1)));
 }
 
-PATINA_INLINE float gradientNoise(uint32_t salt, const Vector& p) {
+PATINA_INLINE float gradientNoise(uint32_t salt, const Vector& point) {
+  const Vector p = inReach(point);
   const int32_t i = wholeOf(p.x), j = wholeOf(p.y), k = wholeOf(p.z);
   const float x = p.x - static_cast<float>(i), y = p.y - static_cast<float>(j),
               z = p.z - static_cast<float>(k);
@@ -111,7 +118,9 @@ PATINA_INLINE float gradientNoise(uint32_t salt, const Vector& p) {
       between(v, between(u, corner(0, 0, 1), corner(1, 0, 1)), between(u, corner(0, 1, 1), corner(1, 1, 1))));
 }
 
-PATINA_INLINE float gradientNoise(uint32_t salt, const Vector& p, float pw) {
+PATINA_INLINE float gradientNoise(uint32_t salt, const Vector& point, float w0) {
+  const Vector p = inReach(point);
+  const float pw = inReach(w0);
   const int32_t i = wholeOf(p.x), j = wholeOf(p.y), k = wholeOf(p.z), l = wholeOf(pw);
   const float x = p.x - static_cast<float>(i), y = p.y - static_cast<float>(j),
               z = p.z - static_cast<float>(k), w = pw - static_cast<float>(l);
