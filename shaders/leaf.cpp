@@ -19,7 +19,8 @@ struct Leaf {
   static constexpr auto kInfo = describe(
       "leaf",
       "A leaf from t = 0 to t = 1 that scatters light to both sides: Ci = Oi * Cs * (Ka * ambient() + Kd * "
-      "diffuse(N) + Kt * transmitcolor * diffuse(-N)), Oi = Os where the leaf is",
+      "diffuse(N) + Kt * transmitcolor * diffuse(-N)), Oi = Os where the leaf is; Kd and Kt are scaled down "
+      "to a sum of 1 where it is more",
       uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
       uniform("Kd", &Parameters::Kd, "share of light reflected", kUnitRange),
       uniform("Kt", &Parameters::Kt, "share of light let through, diffusely", kUnitRange),
@@ -32,6 +33,7 @@ struct Leaf {
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
     shape_ = context.openTexture(p.texturename);
+    reflects_ = p.Kd / std::max(p.Kd + p.Kt, 1.0f), transmits_ = p.Kt / std::max(p.Kd + p.Kt, 1.0f);
     if (p.Kd == 0 && p.Kt == 0) context.set(PATINA_TRAIT_BLACK);
     if (p.Kt == 0) context.clear(PATINA_TRAIT_TRANSMITS);
     return PATINA_OK;
@@ -47,8 +49,8 @@ struct Leaf {
     Radiosity out;
     out.opacity = at.Os * (shape_ ? texels[0].alpha : covered(p.width, at.s, at.t, at.footprint_st));
     const Color color = out.opacity * at.Cs;
-    out.reflectance = color * p.Kd;
-    out.transmittance = color * p.transmitcolor * p.Kt;
+    out.reflectance = color * reflects_;
+    out.transmittance = color * p.transmitcolor * transmits_;
     out.ambient = color * p.Ka;
     return out;
   }
@@ -70,6 +72,7 @@ struct Leaf {
   }
 
   PatinaTexture* shape_ = nullptr;
+  float reflects_ = 0, transmits_ = 0;  // shares of light, together not more than one
 };
 
 }  // namespace

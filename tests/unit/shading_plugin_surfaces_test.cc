@@ -2,6 +2,7 @@
 // The standard surfaces against the formulas of RI 3.2, section A: Ci with each light term apart.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/unit/plugins/bound_shader.h"
@@ -177,6 +178,25 @@ TEST(StandardSurfaces, NullIsNotThere) {
 }
 
 // A primitive variable in the place of a varying parameter.
+// Kd and Kt are each in [0, 1], and together they share out all the light at most.
+TEST(StandardSurfaces, LeafSharesOutNoMoreLightThanItGets) {
+  for (const auto& [kd, kt, reflected, transmitted] :
+       {std::array{0.5f, 0.25f, 0.5f, 0.25f}, std::array{1.0f, 1.0f, 0.5f, 0.5f},
+        std::array{1.0f, 0.0f, 1.0f, 0.0f}, std::array{0.9f, 0.6f, 0.6f, 0.4f}}) {
+    const BoundShader shader("leaf", {number("Kd", kd), number("Kt", kt)});
+    Batch batch = surfacePoints(shader);
+    batch.points.s = batch.points.t = batch.uniform(0.5f);  // well inside
+    batch.points.footprint = batch.points.footprint_st = batch.uniform(0.01f);
+    PatinaRadiosityOut out = batch.radiosityOut();
+    ASSERT_EQ(shader->radiosity(batch.points, out), PATINA_OK);
+    for (uint32_t i = 0; i < 20; ++i) {
+      const Triple color = times(kOs, get(batch.points.Cs, i));
+      expectNear(get(out.reflectance, i), times(color, {1, 1, 1}, reflected), 1e-5f);
+      expectNear(get(out.transmittance, i), times(color, {1, 1, 1}, transmitted), 1e-5f);
+    }
+  }
+}
+
 TEST(StandardSurfaces, VaryingParametersAreReadPerPoint) {
   const BoundShader shader("matte");
   Batch batch = surfacePoints(shader);
