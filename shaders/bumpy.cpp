@@ -28,7 +28,7 @@ struct Bumpy {
   }
 
   Displaced displacement(const Parameters& p, const Surface<kP | kN>& at, const Texels<1>& texels) const {
-    return {at.P + at.N * (p.Km * texels[0].color.r)};
+    return {at.P + at.N * (heights_ ? p.Km * texels[0].color.r : 0.0f)};
   }
 
  private:

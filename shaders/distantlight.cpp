@@ -26,8 +26,8 @@ struct DistantLight {
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
     const Vector travel = p.to - p.from;
-    if (dot(travel, travel) == 0)
-      context.report(PATINA_REPORT_WARNING, 1, "from and to are the same point: no light");
+    const bool aimed = dot(travel, travel) > 0;
+    if (!aimed) context.report(PATINA_REPORT_WARNING, 1, "from and to are the same point: no light");
     const float half = radians(clamp(p.angle, 0, 180)) / 2;
     const float sine = std::sin(half), halfSine = std::sin(half / 2);
     axis_ = normalize(p.from - p.to);
@@ -35,10 +35,10 @@ struct DistantLight {
     height_ = 2 * halfSine * halfSine;
     chord_ = 2 * height_;
     // Irradiance on a facing surface is pi Cl: the disc has the projected solid angle pi sin^2.
-    scale_ = half > 0 ? 1 / (sine * sine) : 1;
+    scale_ = !aimed ? 0 : half > 0 ? 1 / (sine * sine) : 1;
     density_ = half > 0 ? 1 / (2 * kPi * height_) : 0;
     context.traits.light_kind = half > 0 ? PATINA_LIGHT_INFINITE : PATINA_LIGHT_DELTA;
-    context.lightPower(p.intensity * p.lightcolor * (dot(travel, travel) > 0 ? kPi : 0));
+    context.lightPower(p.intensity * p.lightcolor * (aimed ? kPi : 0));
     return PATINA_OK;
   }
 

@@ -197,6 +197,17 @@ TEST(StandardSurfaces, LeafSharesOutNoMoreLightThanItGets) {
   }
 }
 
+TEST(StandardDisplacements, BumpyMovesNothingWithoutATexture) {
+  const BoundShader shader("bumpy", {number("Km", 2)});
+  EXPECT_FALSE(shader->active(PATINA_ENTRY_DISPLACEMENT));
+  Batch batch = surfacePoints(shader);
+  batch.points.P = batch.uniform({1, 2, 3});
+  batch.points.s = batch.points.t = batch.points.footprint_st = batch.uniform(0.5f);
+  PatinaDisplacementOut out = batch.displacementOut();
+  ASSERT_EQ(shader->displacement(batch.points, out), PATINA_OK);
+  for (uint32_t i = 0; i < 20; ++i) expectNear(get(out.P, i), {1, 2, 3});
+}
+
 TEST(StandardSurfaces, VaryingParametersAreReadPerPoint) {
   const BoundShader shader("matte");
   Batch batch = surfacePoints(shader);
