@@ -208,6 +208,18 @@ TEST(StandardDisplacements, BumpyMovesNothingWithoutATexture) {
   for (uint32_t i = 0; i < 20; ++i) expectNear(get(out.P, i), {1, 2, 3});
 }
 
+// At coordinates that have no whole number of 32 bits, noise() is finite all the same.
+TEST(StandardDisplacements, DentedStaysWithinItsBoundFarAway) {
+  const BoundShader shader("dented", {number("Km", 0.5f)});
+  for (const float far : {1e3f, 3e9f, 5e14f}) {
+    Batch batch = surfacePoints(shader);
+    batch.points.P = batch.uniform({far, -far, 0.25f});
+    PatinaDisplacementOut out = batch.displacementOut();
+    ASSERT_EQ(shader->displacement(batch.points, out), PATINA_OK);
+    for (uint32_t i = 0; i < 20; ++i) EXPECT_LE(std::abs(get(out.P, i)[2] - 0.25f), 0.5f) << far;
+  }
+}
+
 TEST(StandardSurfaces, VaryingParametersAreReadPerPoint) {
   const BoundShader shader("matte");
   Batch batch = surfacePoints(shader);
