@@ -22,9 +22,9 @@ void expectSample(Subject& subject, const Output& output, uint32_t i) {
   if (std::abs(direction.length() - 1) > 1e-3f)
     fault("gives directions that are not of unit length", text(direction));
   const float distance = output.at(i, kLightDistance), pdf = output.at(i, kLightPdf);
-  if (!(distance >= 0)) fault("gives a negative distance", fmt::format("{}", distance));
+  if (!(distance >= 0)) fault("gives a distance that is not 0 or more", fmt::format("{}", distance));
   if (subject.traits().light_kind == PATINA_LIGHT_INFINITE && !(pdf >= 0))
-    fault("gives a negative density", fmt::format("{}", pdf));
+    fault("gives a density that is not 0 or more", fmt::format("{}", pdf));
 }
 
 // A point at a distance from the light, the same direction for the same id.
