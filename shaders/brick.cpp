@@ -44,12 +44,7 @@ struct Brick {
     // Mostly brightness, a little hue; to the mean where the footprint holds several bricks.
     const Color chance = mix(Color(cellnoise(x, course + 0.5f)), ccellnoise(x, course + 0.5f), 0.3f);
     const Color shade = Color(1) - mix(Color(0.5f), chance, cellLeft(widthY)) * p.jitter;
-    const Color color = at.Os * at.Cs * mix(p.mortarcolor, p.brickcolor * shade, brick);
-    Radiosity out;
-    out.reflectance = color * p.Kd;
-    out.ambient = color * p.Ka;
-    out.opacity = at.Os;
-    return out;
+    return diffuseSurface(at.Cs * mix(p.mortarcolor, p.brickcolor * shade, brick), at.Os, p.Ka, p.Kd);
   }
 };
 

@@ -25,12 +25,7 @@ struct Checker {
   Radiosity radiosity(const Parameters& p, const Surface<kST | kFootprint | kCs | kOs>& at) const {
     const float white =
         filteredChecker(p.frequency * at.s, p.frequency * at.t, p.frequency * at.footprint_st);
-    const Color color = at.Os * mix(p.blackcolor, at.Cs, white);
-    Radiosity out;
-    out.reflectance = color * p.Kd;
-    out.ambient = color * p.Ka;
-    out.opacity = at.Os;
-    return out;
+    return diffuseSurface(mix(p.blackcolor, at.Cs, white), at.Os, p.Ka, p.Kd);
   }
 };
 

@@ -41,9 +41,7 @@ struct Granite {
     const float mica = clamp(p.mica, 0, 1), quartz = clamp(p.quartz, 0, 1 - mica);
     mean_ = (p.micacolor * mica + p.quartzcolor * quartz + p.feldsparcolor * (1 - mica - quartz)) *
             (1 - 0.5f * p.variation);
-    if (p.Kd == 0) context.set(PATINA_TRAIT_BLACK);
-    if (p.Ka == 0 && p.Kd == 0) context.disable(PATINA_ENTRY_RADIOSITY);
-    if (p.Ks == 0 || isBlack(p.specularcolor)) context.disable(PATINA_ENTRY_VIEW);
+    context.weights(p.Ka, p.Kd, p.specularcolor * p.Ks);
     return PATINA_OK;
   }
 
@@ -57,19 +55,11 @@ struct Granite {
     const float isMica = mineral < p.mica ? 1.0f : 0.0f, isQuartz = mineral < p.mica + p.quartz ? 1.0f : 0.0f;
     const Color pure = mix(mix(p.feldsparcolor, p.quartzcolor, isQuartz), p.micacolor, isMica);
     const Color seen = pure * (1 - p.variation * mix(cellRandom(crystal.cell, 1), clouding, 0.4f));
-    const Color color = at.Os * at.Cs * mix(mean_, seen, cellLeft(width));
-    Radiosity out;
-    out.reflectance = color * p.Kd;
-    out.ambient = color * p.Ka;
-    out.opacity = at.Os;
-    return out;
+    return diffuseSurface(at.Cs * mix(mean_, seen, cellLeft(width)), at.Os, p.Ka, p.Kd);
   }
 
   View<PATINA_LOBE_RI_SPECULAR> view(const Parameters& p, const Surface<kOs>& at) const {
-    View<PATINA_LOBE_RI_SPECULAR> out;
-    out.lobes[0].weight = at.Os * p.specularcolor * p.Ks;
-    out.lobes[0].alpha = std::max(p.roughness, 1e-4f);
-    return out;
+    return highlights(p.specularcolor * p.Ks, at.Os, p.roughness);
   }
 
  private:

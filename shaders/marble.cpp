@@ -37,9 +37,7 @@ struct Marble {
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
     toShader_ = Matrix(context.worldToShader());
-    if (p.Kd == 0) context.set(PATINA_TRAIT_BLACK);
-    if (p.Ka == 0 && p.Kd == 0) context.disable(PATINA_ENTRY_RADIOSITY);
-    if (p.Ks == 0 || isBlack(p.specularcolor)) context.disable(PATINA_ENTRY_VIEW);
+    context.weights(p.Ka, p.Kd, p.specularcolor * p.Ks);
     return PATINA_OK;
   }
 
@@ -56,19 +54,12 @@ struct Marble {
     const float vein = veinMean(bent * 0.8f, p.veining, 0.8f * width);
     const float thin = 0.5f * veinMean(bent * 1.9f + Vector(7, 3, 5), 0.5f * p.veining, 1.9f * width);
     const Color stone = mix(p.basecolor, p.cloudcolor, cloud);
-    const Color color = at.Os * at.Cs * mix(stone, p.veincolor, 1 - (1 - 0.9f * vein) * (1 - thin));
-    Radiosity out;
-    out.reflectance = color * p.Kd;
-    out.ambient = color * p.Ka;
-    out.opacity = at.Os;
-    return out;
+    return diffuseSurface(at.Cs * mix(stone, p.veincolor, 1 - (1 - 0.9f * vein) * (1 - thin)), at.Os, p.Ka,
+                          p.Kd);
   }
 
   View<PATINA_LOBE_RI_SPECULAR> view(const Parameters& p, const Surface<kOs>& at) const {
-    View<PATINA_LOBE_RI_SPECULAR> out;
-    out.lobes[0].weight = at.Os * p.specularcolor * p.Ks;
-    out.lobes[0].alpha = std::max(p.roughness, 1e-4f);
-    return out;
+    return highlights(p.specularcolor * p.Ks, at.Os, p.roughness);
   }
 
  private:

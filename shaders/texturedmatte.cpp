@@ -33,12 +33,8 @@ struct TexturedMatte {
   Radiosity radiosity(const Parameters& p, const Surface<kCs | kOs>& at, const Texels<1>& texels) const {
     // Pictures with values above one are light, not paint.
     const Color& c = texels[0].color;
-    const Color color = at.Os * at.Cs * Color(clamp(c.r, 0, 1), clamp(c.g, 0, 1), clamp(c.b, 0, 1));
-    Radiosity out;
-    out.reflectance = color * p.Kd;
-    out.ambient = color * p.Ka;
-    out.opacity = at.Os;
-    return out;
+    return diffuseSurface(at.Cs * Color(clamp(c.r, 0, 1), clamp(c.g, 0, 1), clamp(c.b, 0, 1)), at.Os, p.Ka,
+                          p.Kd);
   }
 
  private:

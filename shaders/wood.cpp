@@ -36,9 +36,7 @@ struct Wood {
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
     toShader_ = Matrix(context.worldToShader());
-    if (p.Kd == 0) context.set(PATINA_TRAIT_BLACK);
-    if (p.Ka == 0 && p.Kd == 0) context.disable(PATINA_ENTRY_RADIOSITY);
-    if (p.Ks == 0 || isBlack(p.specularcolor)) context.disable(PATINA_ENTRY_VIEW);
+    context.weights(p.Ka, p.Kd, p.specularcolor * p.Ks);
     return PATINA_OK;
   }
 
@@ -59,19 +57,11 @@ struct Wood {
     // Fibres: noise that is long along the trunk.
     const Vector fibre(4 * q.x, 4 * q.y, 0.15f * q.z);
     const float dark = p.grain * (0.5f - 0.5f * fbm<2>(fibre, 4 * width) * (1 / amplitudes<2>()));
-    const Color color = at.Os * at.Cs * mix(p.lightcolor, p.darkcolor, late) * (1 - dark);
-    Radiosity out;
-    out.reflectance = color * p.Kd;
-    out.ambient = color * p.Ka;
-    out.opacity = at.Os;
-    return out;
+    return diffuseSurface(at.Cs * mix(p.lightcolor, p.darkcolor, late) * (1 - dark), at.Os, p.Ka, p.Kd);
   }
 
   View<PATINA_LOBE_RI_SPECULAR> view(const Parameters& p, const Surface<kOs>& at) const {
-    View<PATINA_LOBE_RI_SPECULAR> out;
-    out.lobes[0].weight = at.Os * p.specularcolor * p.Ks;
-    out.lobes[0].alpha = std::max(p.roughness, 1e-4f);
-    return out;
+    return highlights(p.specularcolor * p.Ks, at.Os, p.roughness);
   }
 
  private:

@@ -48,6 +48,13 @@ class Prepare {
 
   /// The entry point has nothing to do with these parameters, and is not called.
   void disable(PatinaEntry entry) { traits.active &= ~(1u << entry); }
+  /// Of a surface with uniform weights as RI's standard ones have them: what they make do nothing is not
+  /// called.
+  void weights(float Ka, float Kd, const Color& specular) {
+    if (Kd == 0) set(PATINA_TRAIT_BLACK);
+    if (Ka == 0 && Kd == 0) disable(PATINA_ENTRY_RADIOSITY);
+    if (isBlack(specular)) disable(PATINA_ENTRY_VIEW);
+  }
   /// Of a light: a guess at its power, for all colours to be weighed alike; a light of power 0 is switched
   /// off.
   void lightPower(const Color& power) {

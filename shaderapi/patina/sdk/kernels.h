@@ -30,6 +30,23 @@ struct View {
   std::array<Lobe, sizeof...(Types)> lobes{};
 };
 
+/// What RI's standard surfaces have in common: Os * color * (Ka * ambient() + Kd * diffuse(N)) ...
+PATINA_INLINE Radiosity diffuseSurface(const Color& color, const Color& Os, float Ka, float Kd) {
+  const Color premultiplied = Os * color;
+  Radiosity out;
+  out.reflectance = premultiplied * Kd;
+  out.ambient = premultiplied * Ka;
+  out.opacity = Os;
+  return out;
+}
+/// ... + Os * color * specular(N, V, roughness).
+PATINA_INLINE View<PATINA_LOBE_RI_SPECULAR> highlights(const Color& color, const Color& Os, float roughness) {
+  View<PATINA_LOBE_RI_SPECULAR> out;
+  out.lobes[0].weight = Os * color;
+  out.lobes[0].alpha = std::max(roughness, 1e-4f);
+  return out;
+}
+
 /// Result of `displacement`. With DisplacedNormal the shader gives the normal too, else the host computes it.
 struct Displaced {
   Vector P;
