@@ -27,7 +27,8 @@ struct Displace {
     // How far the texture may go is not known before it has been read: hence low and high.
     const float furthest = std::max(std::abs(p.low - p.middle), std::abs(p.high - p.middle));
     context.traits.displacement_bound = std::abs(p.Km) * furthest;
-    if (!heights_ || p.Km == 0) context.disable(PATINA_ENTRY_DISPLACEMENT);
+    if (heights_) height_ = p.Km;
+    if (height_ == 0) context.disable(PATINA_ENTRY_DISPLACEMENT);
     return PATINA_OK;
   }
 
@@ -37,11 +38,12 @@ struct Displace {
   }
 
   Displaced displacement(const Parameters& p, const Surface<kP | kN>& at, const Texels<1>& texels) const {
-    return {at.P + at.N * (p.Km * (clamp(texels[0].color.r, p.low, p.high) - p.middle))};
+    return {at.P + at.N * (height_ * (clamp(texels[0].color.r, p.low, p.high) - p.middle))};
   }
 
  private:
   PatinaTexture* heights_ = nullptr;
+  float height_ = 0;  // Km where there is a texture
 };
 
 }  // namespace

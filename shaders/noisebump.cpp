@@ -28,9 +28,9 @@ struct NoiseBump {
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
     toShader_ = Matrix(context.worldToShader());
     gain_ = clamp(p.gain, 0, 1);
-    scale_ = p.Km / amplitudes<kOctaves>(gain_);
+    if (p.frequency != 0) scale_ = p.Km / amplitudes<kOctaves>(gain_);
     context.traits.displacement_bound = std::abs(p.Km);
-    if (p.Km == 0 || p.frequency == 0) context.disable(PATINA_ENTRY_DISPLACEMENT);
+    if (scale_ == 0) context.disable(PATINA_ENTRY_DISPLACEMENT);
     return PATINA_OK;
   }
 

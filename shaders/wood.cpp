@@ -47,7 +47,9 @@ struct Wood {
     // Trunks are not straight, and their rings wobble; both change slowly along the trunk.
     const Vector slow(0.12f * q.x, 0.12f * q.y, 0.03f * q.z);
     const Vector bend = vsnoise(Vector(0.5f, 1.5f, 0.03f * q.z)) * (2 * p.distortion);
-    const float x = q.x + bend.x, y = q.y + bend.y;
+    constexpr float kFarthest = 1e15f;  // whose square is finite
+    const float x = clamp(q.x + bend.x, -kFarthest, kFarthest),
+                y = clamp(q.y + bend.y, -kFarthest, kFarthest);
     const float ring = std::sqrt(x * x + y * y) + p.distortion * 1.5f * fbm<3>(slow, 0.12f * width, 2.3f);
 
     // Within a ring: darker and darker, then at once light again; some years are darker than others.
@@ -71,7 +73,7 @@ struct Wood {
     return (x - f) * kRingMean + smoothstepIntegral(0.2f, 0.85f, f) - smoothstepIntegral(0.85f, 1, f);
   }
   static float ringMean(float x, float width) {
-    const float w = std::max(width, 0.01f), from = fraction(x - 0.5f * w);
+    const float w = clamp(width, 0.01f, 1e6f), from = fraction(x - 0.5f * w);
     return clamp((ringIntegral(from + w) - ringIntegral(from)) / w, 0, 1);
   }
   static constexpr float kRingMean = smoothstepIntegral(0.2f, 0.85f, 1) - smoothstepIntegral(0.85f, 1, 1);
