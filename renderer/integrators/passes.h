@@ -27,8 +27,8 @@ std::vector<SampleRange> passesOf(int samplesPerPixel, bool progressive);
 /// bytes for a pixel of the film's five channels), and RenderSettings::show is called between them.
 /// Where the plan is adaptive all pixels get the least number, in these passes; then every tile goes on by
 /// itself, by half as many each time, with the pixels whose variance is above the plan's and those around
-/// them (FilmTile::keepWanting). What a pixel stops at depends on its samples, so that means are biased, by
-/// less than the error that was asked for. An interruption leaves what is there. [main]
+/// them (FilmTile::keepWanting). What a pixel stops at depends on its samples, so that means are a little
+/// biased. An interruption leaves what is there. [main]
 void renderPasses(Film& film, const World& world, const Integrator& integrator, const SamplePlan& plan,
                   bool progressive);
 

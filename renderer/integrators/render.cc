@@ -51,8 +51,24 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
                           : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   FilmSettings filmWanted = filmSettings(scene.options, errors);
-  const SamplePlan plan = samplePlan(scene.options, settings);
-  if (plan.isAdaptive()) filmWanted.adaptiveFrom = plan.least;
+  SamplePlan plan = samplePlan(scene.options, settings);
+  if (plan.isAdaptive()) {
+    // What a bucket keeps until it is finished.
+    constexpr uint64_t kMostKept = uint64_t{1} << 28;
+    const uint64_t bytes = static_cast<uint64_t>(filmWanted.bucketWidth) *
+                           static_cast<uint64_t>(filmWanted.bucketHeight) * static_cast<uint64_t>(plan.most) *
+                           (filmWanted.channels.size() + 2) * sizeof(float);
+    if (bytes > kMostKept) {
+      errors.report(
+          Severity::Warning, RiError::LimitCheck, {},
+          fmt::format("PixelVariance has no effect: of up to {} samples per pixel a bucket would keep "
+                      "{} MB (at most {})",
+                      plan.most, bytes >> 20, kMostKept >> 20));
+      plan.least = plan.most;
+    } else {
+      filmWanted.adaptiveFrom = plan.least;
+    }
+  }
   if (const std::string problem = Film::problem(filmWanted); !problem.empty()) return fail(problem);
   PhaseTimer whole("Whole frame");
   auto film = std::make_unique<Film>(filmWanted);

@@ -92,6 +92,23 @@ TEST_P(Adaptive, NeitherThreadsNorPassesChangeABit) {
   EXPECT_EQ(renderPicture(rib, settings), two);
 }
 
+TEST(AdaptiveLimit, BucketsKeepNoMoreThanTheyMay) {
+  // A bucket of 256 by 256 would keep 28 bytes of each of 4096 samples of 65536 pixels: 7 GB.
+  std::vector<std::string> messages;
+  ErrorHandler errors([&](Severity, std::string_view message) { messages.emplace_back(message); });
+  RenderSettings settings;
+  settings.mode = "path", settings.samples = 4096;
+  settings.shaderPath = PATINA_BINARY_DIR "/lib/patina/shaders";
+  settings.interrupted = [] { return true; };
+  SceneBuilder builder({}, errors, [&](Scene& scene) { renderFrame(scene, settings, errors); });
+  builder.readText(
+      "Format 256 256 1 PixelVariance 1e-4 Option \"limits\" \"bucketsize\" [256 256] "
+      "Projection \"perspective\" WorldBegin Surface \"constant\" Sphere 1 -1 1 360 WorldEnd",
+      "text.rib");
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_NE(messages[0].find("PixelVariance has no effect"), std::string::npos) << messages[0];
+}
+
 INSTANTIATE_TEST_SUITE_P(Modes, Adaptive, testing::Values("path", "radiosity", "points", "direct"),
                          [](const auto& mode) { return std::string(mode.param); });
 

@@ -2,10 +2,9 @@
 // Gradient noise of one to four variables for kernels: no tables and no branches, so that compilers make
 // vector code of it.
 //
-//   snoise(x)  snoise(x, y)  snoise(p)  snoise(p, time)     -1 to 1, mean 0, zero where all variables are
-//   whole noise(...)                                              RSL's: 0.5 + 0.5 * snoise(...), so 0 to 1,
-//   mean 0.5 vsnoise(...), vnoise(...)                               three of them that know nothing of each
-//   other
+// snoise of a float, of two, of a point, or of a point and a time: from -1 to 1, 0 on average and where all
+// variables are whole. noise is RSL's, 0.5 + 0.5 * snoise: from 0 to 1, 0.5 on average. vsnoise and vnoise
+// are three of them that know nothing of each other.
 //
 // All have continuous second derivatives and repeat after 2^32; coordinates count up to 2^30, and above
 // 2^20 a float's own steps show. Standard deviations of snoise for one to four variables: 0.281, 0.305,
