@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct light: every light is sampled, without shadows, and where that makes more samples than shadow rays
-// are worth, those are traced that promise most (resampled importance sampling after Talbot et al. 2005, with
-// systematic selection): the number of shadow rays depends on the depth, and hardly on the number of lights.
+// Direct light: lights are sampled without shadows, all of a few, of many those that are picked from their
+// hierarchy; where that makes more samples than shadow rays are worth, those are traced that promise most
+// (resampled importance sampling after Talbot et al. 2005, with systematic selection): the number of shadow
+// rays depends on the depth, and hardly on the number of lights.
 #include <algorithm>
 
 #include "renderer/base/statistics.h"
@@ -18,8 +19,11 @@ enum Stream : uint64_t { kTimeStream = 5, kSelectStream = 6, kPickStream = 7, kL
 
 /// So many times the samples of one light are spread over all lights when there are more.
 constexpr int kLightsWorth = 4;
-/// Of more lights than this, so many are picked for each point.
-constexpr uint32_t kMostCandidates = 64;
+/// Lights that are tried for a shadow ray: twice as many as there are such rays, but no more than this. A
+/// light that is tried costs as much as a ray. Of more lights, so many are picked for each point.
+constexpr uint16_t kMostCandidates = 64;
+/// Of more than kLightsWorth lights, so many are picked for a point that one ray met.
+constexpr uint16_t kRayCandidates = 2;
 constexpr size_t kPointsAtOnce = 1024;
 
 }  // namespace
@@ -34,13 +38,17 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
                                 Purpose purpose, Workspace& w) const {
   const Lights& lights = world_.lights();
   const int wanted = settings_.rays.light(depth, purpose), most = kLightsWorth * wanted;
+  // Rays make many points, of which each does with few.
+  const auto candidates =
+      isRay(purpose) ? kRayCandidates : std::min(static_cast<uint16_t>(2 * most), kMostCandidates);
+  const size_t all = isRay(purpose) ? static_cast<size_t>(kLightsWorth) : candidates;
   w.lightOf.clear();
   for (auto i = static_cast<uint32_t>(first); i < end; ++i) {
     const SurfaceTerms& terms = w.shaded.terms[i];
     if (isBlack(terms.reflectance) && isBlack(terms.transmittance)) continue;
     const LightList& list = world_.lightsOf(w.points[i].placement);
     const size_t n = list.sampled.size();
-    if (n <= kMostCandidates) {
+    if (n <= all) {
       // Of each area light fewer samples, when there are many.
       const auto areas = static_cast<int>(n) - list.deltas;
       const auto count = static_cast<uint16_t>(std::clamp(most / std::max(areas, 1), 1, wanted));
@@ -52,12 +60,12 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
     }
     const uint64_t seed = hashOf(requests[i].seed, kPickStream);
     const LightReceiver at{w.points[i].P, w.points[i].Ng, !isBlack(terms.transmittance)};
-    list.pickMany(at, kMostCandidates, sobol1(static_cast<uint32_t>(requests[i].sample), seed), w.lightPicks);
+    list.pickMany(at, candidates, sobol1(static_cast<uint32_t>(requests[i].sample), seed), w.lightPicks);
     for (const LightTree::Picks& picks : w.lightPicks) {
       const auto count = takesOneSample(picks.light) ? uint16_t{1} : static_cast<uint16_t>(picks.count);
       w.lightOf.push_back(
-          {picks.light, i, count, uint16_t{kMostCandidates},
-           static_cast<float>(picks.count) / (picks.chance * static_cast<float>(kMostCandidates))});
+          {picks.light, i, count, candidates,
+           static_cast<float>(picks.count) / (picks.chance * static_cast<float>(candidates))});
     }
   }
   std::stable_sort(w.lightOf.begin(), w.lightOf.end(),
