@@ -13,7 +13,8 @@ STAT_COUNTER("Path/vertices", vertexCount);
 STAT_COUNTER("Path/ended at maxdepth", depthEnds);
 STAT_COUNTER("Path/ended by Russian roulette", rouletteEnds);
 
-constexpr size_t kWave = 4096;       // paths in work at a time
+constexpr size_t kWave = 4096;  // paths in work at a time
+constexpr int kAnyDepth = 1 << 20;
 constexpr int kRouletteDepth = 5;    // bounces that are always taken
 constexpr int kMostVertices = 4096;  // even through transparent layers
 
@@ -44,8 +45,9 @@ struct Path {
   float distance = 0;          // travelled in all, for footprints
   float spread = 0;            // growth of the footprint per length
   float footprint = 0;         // at the ray's origin
-  int diffuseDepth = 0, specularDepth = 0;
-  int maxDiffuse = 1 << 20, maxSpecular = 1 << 20;
+  int bounces = 0;             // of both kinds
+  int diffuseDepth = 0, specularDepth = 0;  // the latter since the last diffuse one
+  int maxDiffuse = kAnyDepth, maxSpecular = kAnyDepth;
   bool lightsOnly = false;  // beyond the last bounce: only lights are still counted
   uint32_t vertex = 0;
   bool transparentSoFar = true;
@@ -317,14 +319,18 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
   if (!(s.pdf > 0) || isBlack(s.weight)) return false;
   const LightList& list = world_.lightsOf(point.placement);
   bool last = false;
-  if (s.diffuse)
+  if (s.diffuse) {
     last = path.diffuseDepth++ >= path.maxDiffuse;
-  else
+    // What a diffuse ray meets knows nothing of mirrors that were passed before.
+    path.specularDepth = 0, path.maxSpecular = kAnyDepth;
+  } else {
     last = path.specularDepth++ >= path.maxSpecular;
+  }
   if (last) {
     ++depthEnds;
-    // Direct light of this point is still to be completed by its share of the BSDF's samples.
-    if (list.infinite.empty() && list.area.empty()) return false;
+    // Direct light of this point is still to be completed by its share of the BSDF's samples; a mirror has
+    // none.
+    if (s.delta || (list.infinite.empty() && list.area.empty())) return false;
   }
   path.lightsOnly = last;
   path.throughput *= s.weight;
@@ -334,7 +340,7 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
   path.from = bsdf.receiver();
   path.spread = s.delta ? path.spread : std::max(path.spread, s.diffuse ? 0.3f : s.alpha);
   ++path.vertex;
-  if (path.diffuseDepth + path.specularDepth > kRouletteDepth) {
+  if (++path.bounces > kRouletteDepth) {
     const float survive = std::min(0.95f, std::sqrt(maxComponent(path.throughput)));
     if (sobol1(path.sample, path.seed(kRoulette)) >= survive) {
       ++rouletteEnds;

@@ -144,6 +144,9 @@ class RadiosityEngine {
   static constexpr uint8_t kIrradiance = kCachedDepths + 1, kDistances = kIrradiance + 1;
   /// ... and of what is kept of cells: 1 when something stands in them, else 0.
   static constexpr uint8_t kStanding = kDistances + 1;
+  /// Where lights shine directly indirect light may be less exact, as what counts is the sum; but no less
+  /// than if direct light were so many times the indirect: shadows may be near.
+  static constexpr float kRelief = 3;
   /// Covers of vertices count, of the coarse and medium level and of nodes, when they are so near, as parts
   /// of the vertices' distance: above that chords see what casts its shadow on them.
   static constexpr float kCover = 0.05f;
@@ -176,7 +179,11 @@ class RadiosityEngine {
   void addIndirect(std::span<const Request> requests, int depth, Purpose purpose, Workspace& w, int nesting,
                    std::span<const Spot> spots) const;
   /// Irradiance of the requests' front from a gather each, to w.front; with the distances of what it met.
-  void gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const;
+  /// `shares`: of the usual number of rays.
+  void gatherFront(std::span<const Request> requests, std::span<const float> shares, Workspace& w,
+                   int nesting) const;
+  void estimateDirect(std::span<const Request> requests, Workspace& w) const;
+  float pixelShare(const ShadingPoint& vertex, uint32_t patch, uint32_t index) const;
   void lookAtPoints(std::span<const Request> requests, Workspace& w) const;
   /// Sends the rays of w.senders, or looks at points in their place.
   void gather(std::span<const Request> requests, int depth, bool truth, Workspace& w, int nesting) const;
@@ -187,7 +194,7 @@ class RadiosityEngine {
   bool findIrradiance(Waiting& x) const;
   void findSmooth(Workspace& w) const;
   void makeIrradiance(std::span<Fill> fills, std::vector<Waiting>& waiting, int nesting) const;
-  static uint64_t packDistances(float inverse, float nearest, float noise);
+  static uint64_t packDistances(float inverse, float nearest, float noise, float direct);
   /// Traces the rays of `w` to where they end; what they meet goes to the irradiance of their slots, or to
   /// w.missed and w.direct.
   void trace(int depth, bool truth, Workspace& w, int nesting) const;

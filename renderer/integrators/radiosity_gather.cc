@@ -90,7 +90,16 @@ void RadiosityEngine::addIndirect(std::span<const Request> requests, int depth, 
   }
 }
 
-void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& w, int nesting) const {
+/// The irradiance of lights that are sampled, in front of points: a few shadow rays to each.
+void RadiosityEngine::estimateDirect(std::span<const Request> requests, Workspace& w) const {
+  prepare(requests, w);
+  addDirect(requests, 1, Purpose::FineVertex, w);
+  for (size_t i = 0; i < requests.size(); ++i) w.gathered[i].direct = maxComponent(w.front[i]);
+  w.front.assign(requests.size(), Rgb(0, 0, 0));
+}
+
+void RadiosityEngine::gatherFront(std::span<const Request> requests, std::span<const float> shares,
+                                  Workspace& w, int nesting) const {
   w.points.clear();
   for (const Request& request : requests) w.points.push_back(request.point);
   w.front.assign(requests.size(), Rgb(0, 0, 0));
@@ -107,14 +116,25 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
     return;
   }
   w.gathered.assign(requests.size(), {});
+  estimateDirect(requests, w);
   w.measures = true;
   const int nominal = settings_.rays.diffuse(0, Purpose::Vertex);
   // Quarters of few rays say nothing of how good they are.
   constexpr int kFewRays = 64;
-  const int least = nominal < kFewRays ? nominal : nominal / 2,
-            most = nominal < kFewRays ? nominal : 4 * least;
+  // A pixel is never left to fewer, however many vertices it has.
+  constexpr int kLeastRays = 32;
+  for (size_t i = 0; i < requests.size(); ++i) {
+    Workspace::Gathered& g = w.gathered[i];
+    const float share = shares[i];
+    int rays = nominal;
+    while (rays >= 2 * kLeastRays && static_cast<float>(rays) > static_cast<float>(nominal) * share)
+      rays /= 2;
+    g.share = static_cast<float>(rays) / static_cast<float>(nominal);
+    g.next = rays < kFewRays ? rays : rays / 2;
+    g.most = rays < kFewRays ? rays : 4 * g.next;
+  }
   // Twice as many rays in each round, for those whose quarters do not agree yet.
-  for (int rays = least;; rays = std::min(2 * rays, most)) {
+  for (;;) {
     w.senders.clear();
     for (uint32_t i = 0; i < requests.size(); ++i) {
       Workspace::Gathered& g = w.gathered[i];
@@ -124,7 +144,7 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
         g.done = true;
         continue;
       }
-      const int parts = g.rays == 0 ? 4 : 2, add = rays - g.rays;
+      const int parts = g.rays == 0 ? 4 : 2, add = g.next - g.rays;
       for (int k = 0; k < parts; ++k) {
         const int first = add * k / parts, end = add * (k + 1) / parts;
         w.senders.push_back({i, false, 0, g.rays + first, end - first, nominal, 1});
@@ -138,7 +158,9 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
       std::array<Rgb, 4>& q = g.quarters;
       if (g.rays > 0) q[0] += q[1], q[1] = q[2] + q[3];
       for (size_t part = g.rays > 0 ? 2 : 0; part < 4; ++part) q[part] = w.senders[k++].received;
-      g.rays = rays;
+      g.rays = g.next;
+      g.next = std::min(2 * g.rays, g.most);
+      const auto rays = static_cast<float>(g.rays);
       const Rgb sum = q[0] + q[1] + q[2] + q[3];
       // The variance of the mean from that between the quarters.
       float variance = 0;
@@ -148,11 +170,13 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, Workspace& 
           squares += (q[part][c] - sum[c] / 4) * (q[part][c] - sum[c] / 4);
         variance = std::max(variance, squares / 3 * 4);
       }
-      const float tolerated = settings_.gatherError * maxComponent(sum);
-      g.done = rays >= most || variance <= tolerated * tolerated;
+      const float light = maxComponent(sum) + std::min(g.direct * rays / kPi, kRelief * maxComponent(sum));
+      const float tolerated = settings_.gatherError * light;
+      g.done = g.rays >= g.most || variance * g.share <= tolerated * tolerated;
       if (!g.done) continue;
-      w.front[i] = sum * (kPi / static_cast<float>(rays));
-      w.distances[i].noise = std::sqrt(variance) * (kPi / static_cast<float>(rays));
+      w.front[i] = sum * (kPi / rays);
+      w.distances[i].noise = std::sqrt(variance) * (kPi / rays);
+      w.distances[i].direct = g.direct;
     }
   }
   w.measures = false;

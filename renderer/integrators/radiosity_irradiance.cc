@@ -29,10 +29,32 @@ constexpr float kNoise = 3;
 
 }  // namespace
 
-/// 21 bits each: 8 of the exponent and 13 of the mantissa of what is not negative, rounded down.
-uint64_t RadiosityEngine::packDistances(float inverse, float nearest, float noise) {
-  const auto part = [](float f) { return uint64_t{floatBits(f) >> 10}; };
-  return part(inverse) << 42 | part(nearest) << 21 | part(noise);
+/// 16 bits each: 8 of the exponent and 7 of the mantissa of what is not negative, rounded down.
+uint64_t RadiosityEngine::packDistances(float inverse, float nearest, float noise, float direct) {
+  const auto part = [](float f) { return uint64_t{floatBits(f) >> 16}; };
+  return part(inverse) << 48 | part(nearest) << 32 | part(noise) << 16 | part(direct);
+}
+
+/// Width of the largest nodes that a vertex may be a corner of.
+static uint32_t widestStep(const Patch& patch, uint32_t vertex) {
+  const auto [i, j] = patch.latticePosition(vertex);
+  uint32_t step = std::max<uint32_t>(std::min(patch.cellsU, patch.cellsV), 1);
+  while (step > 1 && (i % step != 0 || j % step != 0)) step /= 2;
+  return step;
+}
+
+/// How much of a pixel's irradiance a vertex of the camera's micropolygons stands for, at most all of it:
+/// others may be interpolated from it. Where all of a node's are they are step^2; often they are not.
+float RadiosityEngine::pixelShare(const ShadingPoint& vertex, uint32_t patch, uint32_t index) const {
+  constexpr float kLeastCosine = 1.0f / 32;
+  const RasterCamera& camera = world_.camera();
+  const V3f from = vertex.P - camera.eye();
+  const float distance = from.length();
+  const V3f view = camera.perspective() ? from * (1 / std::max(distance, 1e-30f)) : camera.viewDirection();
+  const float width = vertex.footprint * camera.pixelsPerUnit(distance);
+  const auto step = static_cast<float>(widestStep(world_.geometry().patches()[patch], index));
+  const float share = width * width * step * std::max(std::abs(vertex.Ng.dot(view)), kLeastCosine);
+  return share < 1 ? share : 1;
 }
 
 void RadiosityEngine::irradiance(std::span<const Vertex> wanted, std::span<Rgb> out, int nesting) const {
@@ -156,17 +178,18 @@ void RadiosityEngine::makeIrradiance(std::span<Fill> fills, std::vector<Waiting>
                                      int nesting) const {
   const TimeShare share(otherTime);
   Workspace &w = workspace(nesting), &inner = workspace(nesting + 1);
-  w.fillRequests.clear();
+  w.fillRequests.clear(), w.pixelShares.clear();
   for (const Fill& fill : fills) {
     const Waiting& x = waiting[w.wants[fill.firstWant].waiting];
     w.fillRequests.push_back(vertexRequest(x.patch, x.front, Level::Fine, x.around.index[0], 0, x.bounces));
+    w.pixelShares.push_back(pixelShare(w.fillRequests.back().point, x.patch, x.around.index[0]));
   }
-  gatherFront(w.fillRequests, inner, nesting + 1);
+  gatherFront(w.fillRequests, w.pixelShares, inner, nesting + 1);
   std::array<uint64_t, kMaxBlockVertices> light, distances;
   for (size_t k = 0; k < fills.size(); ++k) {
-    const uint64_t codes[2] = {
-        PackedRgb::pack(inner.front[k]),
-        packDistances(inner.distances[k].inverse, inner.distances[k].nearest, inner.distances[k].noise)};
+    const uint64_t codes[2] = {PackedRgb::pack(inner.front[k]),
+                               packDistances(inner.distances[k].inverse, inner.distances[k].nearest,
+                                             inner.distances[k].noise, inner.distances[k].direct)};
     for (uint32_t i = fills[k].firstWant; i < fills[k].endWant; ++i)
       std::copy_n(codes, 2, waiting[w.wants[i].waiting].codes.begin());
     // Vertices of one block follow each other.
@@ -212,6 +235,11 @@ void RadiosityEngine::findSmooth(Workspace& w) const {
     }
     const float part = 1 / static_cast<float>(at.count);
     centre *= part, mean *= part, normal = normalizedOr(normal, w.corners[at.corner[0]].N);
+    // Where lights shine directly an error in what they do not give counts less.
+    float direct = kInfinity;
+    for (int c = 0; c < at.count; ++c) direct = std::min(direct, w.corners[at.corner[c]].direct);
+    const float light = maxComponent(mean),
+                relief = light > 0 ? 1 + std::min(direct / light, kRelief) : 1 + kRelief;
     bool smooth = true;
     for (int c = 0; c < at.count && smooth; ++c) {
       const Workspace::Corner& corner = w.corners[at.corner[c]];
@@ -220,8 +248,8 @@ void RadiosityEngine::findSmooth(Workspace& w) const {
           r * corner.inverse + kNormalWeight * std::sqrt(std::max(0.0f, 1 - corner.N.dot(normal)));
       const Rgb off = corner.irradiance - mean;
       const float contrast = std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)});
-      smooth = error <= settings_.irradianceError && r <= corner.nearest &&
-               contrast <= settings_.irradianceContrast * maxComponent(mean) + kNoise * corner.noise;
+      smooth = error <= settings_.irradianceError * relief && r <= corner.nearest &&
+               contrast <= settings_.irradianceContrast * relief * light + kNoise * corner.noise;
     }
     w.smooth[k] = smooth;
     if (!smooth) continue;

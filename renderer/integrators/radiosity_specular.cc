@@ -18,8 +18,14 @@ enum Stream : uint64_t {
   kLightChoiceStream,
   kLightPointStream,
   kNextStream,
-  kTimeStream
+  kTimeStream,
+  kRouletteStream
 };
+
+/// What surfaces reflect by way of lobes is followed where that much of it or more is left: of less, a part
+/// of the walks, by chance, which then count for all. A sheen of a hundredth would else cost what all the
+/// diffuse light costs.
+constexpr float kWorthFollowing = 0.25f;
 
 }  // namespace
 
@@ -39,19 +45,38 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
       w.layerPoints.push_back(walk.point);
     }
     shading.shade(w.layerPoints, ShadingParts::RadiosityAndView, w.specular);
-    lightLobes(walks, active, bounce, truth, w);
-    // A lobe each, and where it leads.
-    w.walkRays.clear(), w.walkOf.clear();
-    for (size_t i = 0; i < active.size(); ++i) {
+    // A direction each, and who goes on.
+    w.lobeSamples.assign(active.size(), {});
+    w.lit.clear();
+    for (uint32_t i = 0; i < active.size(); ++i) {
       Walk& walk = walks[active[i]];
       const SurfaceTerms& terms = w.specular.terms[i];
       walk.radiance += walk.throughput * terms.viewEmission;
-      if (terms.lobeCount == 0 || static_cast<int>(bounce) >= walk.most) continue;
+      if (terms.lobeCount == 0) continue;
       const Bsdf bsdf(walk.point, terms, w.specular.lobesOf(terms));
       const float choice = toUnit(static_cast<uint32_t>(hashOf(walk.seed, kLobeStream, bounce) >> 32));
-      const BsdfSample s =
-          bsdf.sampleSpecular(choice, sobol2(0, hashOf(walk.seed, kDirectionStream, bounce)));
+      BsdfSample& s = w.lobeSamples[i];
+      s = bsdf.sampleSpecular(choice, sobol2(0, hashOf(walk.seed, kDirectionStream, bounce)));
+      const float left = maxComponent(walk.throughput * s.weight);
+      if (s.pdf > 0 && left < kWorthFollowing) {
+        const float survive = left / kWorthFollowing;
+        if (toUnit(static_cast<uint32_t>(hashOf(walk.seed, kRouletteStream, bounce) >> 32)) >= survive) {
+          s.pdf = 0;
+          continue;
+        }
+        walk.throughput /= survive;
+      }
+      w.lit.push_back(i);
+    }
+    lightLobes(walks, active, bounce, truth, w);
+    w.walkRays.clear(), w.walkOf.clear();
+    for (const uint32_t i : w.lit) {
+      Walk& walk = walks[active[i]];
+      if (static_cast<int>(bounce) >= walk.most) continue;
+      const BsdfSample& s = w.lobeSamples[i];
       if (!(s.pdf > 0) || isBlack(s.weight)) continue;
+      const SurfaceTerms& terms = w.specular.terms[i];
+      const Bsdf bsdf(walk.point, terms, w.specular.lobesOf(terms));
       walk.throughput *= s.weight;
       walk.pdf = s.pdf, walk.delta = s.delta, walk.alpha = s.alpha;
       walk.from = bsdf.receiver();
@@ -72,7 +97,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
       }
       const LightList& list = world_.lightsOf(walk.point.placement);
       for (const uint32_t light : lights.infinite()) {
-        if (!list.sees(light)) continue;
+        if (!walk.delta && !list.sees(light)) continue;  // mirrors show all there is
         Rgb sky;
         float pdf;
         lights.evaluate(light, {&walk.point.P, 1}, {&w.walkRays[j].direction, 1}, {&sky, 1}, {&pdf, 1});
@@ -92,7 +117,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
       const Hit& hit = w.walkHits[j];
       const LightList& list = world_.lightsOf(walk.point.placement);
       const uint32_t light = world_.attributesOf(hit.placement).areaLight;
-      if (light != kNone && list.sees(light)) {
+      if (light != kNone && (walk.delta || list.sees(light))) {
         const V2f uv = world_.geometry()
                            .surface(world_.geometry().placements()[hit.placement])
                            .surfaceParameters(hit.face, hit.u, hit.v);
@@ -135,17 +160,17 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
   }
 }
 
-/// Lights by way of the lobes in w.specular: one sample of one light for each walk.
+/// Lights by way of the lobes in w.specular: one sample of one light for each walk of w.lit.
 void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
                                  bool truth, Workspace& w) const {
   const Lights& lights = world_.lights();
   w.shadowRays.clear(), w.values.clear(), w.vertexOf.clear(), w.chance.clear();
   w.lightSamples.resize(which.size());
-  for (uint32_t i = 0; i < which.size(); ++i) {
+  for (const uint32_t i : w.lit) {
     const Walk& walk = walks[which[i]];
     const SurfaceTerms& terms = w.specular.terms[i];
     const LightList& list = world_.lightsOf(walk.point.placement);
-    if (terms.lobeCount == 0 || list.sampled.empty()) continue;
+    if (list.sampled.empty()) continue;
     const Bsdf bsdf(walk.point, terms, w.specular.lobesOf(terms));
     if (!bsdf.scattersSmoothly(false)) continue;
     const float u = toUnit(static_cast<uint32_t>(hashOf(walk.seed, kLightChoiceStream, bounce) >> 32));

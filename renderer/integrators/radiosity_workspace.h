@@ -100,7 +100,7 @@ struct RadiosityEngine::Workspace {
     uint32_t light, request;
     uint16_t count;   // samples
     uint16_t stride;  // of samples in the light's sequence, from one request of a point to the next
-    float share;     // of the light's in the sum: what makes up for its chance to be picked
+    float share;      // of the light's in the sum: what makes up for its chance to be picked
   };
   std::vector<LightOf> lightOf;
   struct Shadowed {
@@ -159,27 +159,32 @@ struct RadiosityEngine::Workspace {
   struct Distances {
     float inverse = 0, nearest = kInfinity;  // sum of 1/t
     float noise = 0;                         // standard error of the irradiance
+    float direct = 0;                        // Gathered::direct
   };
   std::vector<Distances> distances;  // by request
   struct Gathered {
-    std::array<Rgb, 4> quarters;  // of the rays, in order; sums of radiance
-    int rays = 0;
+    std::array<Rgb, 4> quarters;       // of the rays, in order; sums of radiance
+    int rays = 0, next = 0, most = 0;  // sent; to be sent by the end of the round, and of all rounds
+    float share = 1;                   // of the usual number of rays
+    float direct = 0;  // irradiance of lights that are sampled: its largest component, roughly
     bool done = false;
   };
   std::vector<Gathered> gathered;
+  std::vector<float> pixelShares;
   // irradiance
   struct Corner {
     Vertex vertex;
     Rgb irradiance{0, 0, 0};
     float inverse = 0, nearest = 0;  // mean of 1/distance; distance
     float noise = 0;                 // standard error of the irradiance
+    float direct = 0;                // irradiance of lights that are sampled
     V3f P{0, 0, 0}, N{0, 0, 1};
     void set(const std::array<uint64_t, 4>& codes) {
       irradiance = PackedRgb::unpack(codes[0]);
       const auto part = [&](int k) {
-        return std::bit_cast<float>(static_cast<uint32_t>(codes[1] >> (21 * k) & 0x1fffff) << 10);
+        return std::bit_cast<float>(static_cast<uint32_t>(codes[1] >> (16 * k) & 0xffff) << 16);
       };
-      inverse = part(2), nearest = part(1), noise = part(0);
+      inverse = part(3), nearest = part(2), noise = part(1), direct = part(0);
     }
   };
   std::vector<Corner> corners;
@@ -265,6 +270,8 @@ struct RadiosityEngine::Workspace {
   // follow
   std::vector<Walk> walks;
   ShadedPoints specular;
+  std::vector<BsdfSample> lobeSamples;  // where walks go on from here, by active one
+  std::vector<uint32_t> lit;            // active walks that lights shine on
   std::vector<Ray> walkRays;
   std::vector<Hit> walkHits;
   std::vector<ShadingPoint> walkPoints;

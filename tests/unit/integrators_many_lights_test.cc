@@ -142,5 +142,19 @@ TEST(ManyLights, HighlightsNeedNoSpecularDepth) {
   expectSameMeans(pixels(world, "path", 32, 16), pixels(world, "direct", 8, 16));
 }
 
+/// A light that is tried without its shadow costs as much as a shadow ray.
+TEST(ManyLights, FewAreTriedForEachShadowRay) {
+  RenderSettings settings;
+  settings.samples = 4;
+  renderPicture("Format 16 16 1 Projection \"perspective\" \"fov\" [60] Translate 0 -2 8 WorldBegin " +
+                    pointLights(lamps(100)) + kMatte + kFloor +
+                    "Polygon \"P\" [-90 0 4  -90 8 4  90 8 4  90 0 4] WorldEnd",
+                settings);
+  const double traced =
+      statistic("Radiosity/light samples") - statistic("Radiosity/light samples that got no shadow ray");
+  EXPECT_GT(traced, 1e4);
+  EXPECT_LT(statistic("Radiosity/light samples"), 4 * traced);
+}
+
 }  // namespace
 }  // namespace patina

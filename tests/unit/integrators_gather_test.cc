@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much gathers cost: rays where they count, few where vertices share a pixel, where lights outshine what
+// is gathered, and where surfaces reflect next to nothing; with the same mean.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/unit/integrators_render.h"
+
+namespace patina {
+namespace {
+
+constexpr int kSize = 24;
+
+std::vector<Rgb> render(const std::string& world, RenderSettings settings) {
+  return renderPicture(
+      "Format 24 24 1 PixelFilter \"box\" 1 1 PixelSamples 2 2 Projection \"perspective\" \"fov\" [60] "
+      "WorldBegin Attribute \"trace\" \"int maxdiffusedepth\" [2] \"int maxspeculardepth\" [2] " +
+          world + " WorldEnd",
+      settings);
+}
+
+/// A floor, and a wall to its left; `light` may be switched off for the floor.
+std::string corner(const std::string& forTheFloor) {
+  return "LightSource \"distantlight\" 1 \"float intensity\" [3] \"point from\" [2 3 0] \"point to\" [0 0 0] "
+         "Surface \"matte\" \"float Ka\" [0] \"float Kd\" [.6] "
+         "Polygon \"P\" [-3 -1 -1  -3 -1 8  -3 4 8  -3 4 -1] " +
+         forTheFloor + "Polygon \"P\" [-3 -1 -1  3 -1 -1  3 -1 8  -3 -1 8]";
+}
+
+TEST(Gather, SendsFewerRaysWhereLightsOutshineWhatIsGathered) {
+  render(corner("Illuminate 1 0 "), {});
+  const double dark = statistic("Radiosity/gather rays");
+  render(corner(""), {});
+  EXPECT_LT(statistic("Radiosity/gather rays"), 0.75 * dark);
+}
+
+/// A ball in a lit room: nothing is interpolated on it.
+std::string ball(const std::string& shadingRate) {
+  return "LightSource \"distantlight\" 1 \"float intensity\" [3] \"point from\" [2 3 -1] \"point to\" [0 0 "
+         "0] "
+         "Surface \"matte\" \"float Ka\" [0] \"float Kd\" [.6] "
+         "Polygon \"P\" [-30 -2 -30  30 -2 -30  30 -2 30  -30 -2 30] Illuminate 1 0 ShadingRate " +
+         shadingRate + " Translate 0 0 3.5 Sphere 1.9 -1.9 1.9 360";
+}
+
+TEST(Gather, DividesThePixelsRaysAmongItsVertices) {
+  const std::vector<Rgb> coarse = render(ball("1"), {});
+  const double one = statistic("Radiosity/gather rays"),
+               vertices = statistic("Irradiance cache/vertices gathered");
+  const std::vector<Rgb> fine = render(ball("0.0625"), {});
+  const double many = statistic("Irradiance cache/vertices gathered") / vertices;
+  EXPECT_GT(many, 3) << "else this says nothing";
+  EXPECT_LT(statistic("Radiosity/gather rays") / one, 0.55 * many);
+  double a = 0, b = 0;
+  for (size_t k = 0; k < coarse.size(); ++k) a += coarse[k].x, b += fine[k].x;
+  EXPECT_NEAR(b / a, 1, 0.01);
+}
+
+/// Inside of a box whose walls have a sheen, or are half mirrors.
+std::string box(const std::string& shine) {
+  return "LightSource \"pointlight\" 1 \"float intensity\" [20] \"point from\" [1 2 4] "
+         "Surface \"plastic\" \"float Ka\" [0] \"float Kd\" [.5] " +
+         shine +
+         "Polygon \"P\" [-3 -3 -1  3 -3 -1  3 -3 8  -3 -3 8] Polygon \"P\" [-3 3 -1  -3 3 8  3 3 8  3 3 -1] "
+         "Polygon \"P\" [-3 -3 -1  -3 -3 8  -3 3 8  -3 3 -1] Polygon \"P\" [3 -3 -1  3 3 -1  3 3 8  3 -3 8] "
+         "Polygon \"P\" [-3 -3 8  3 -3 8  3 3 8  -3 3 8] Polygon \"P\" [-3 -3 -1  -3 3 -1  3 3 -1  3 -3 -1]";
+}
+
+TEST(Gather, FollowsWeakLobesSeldom) {
+  const std::string weak = "\"float Ks\" [.2] \"float roughness\" [.1] ";
+  render(box(weak), {});
+  EXPECT_GT(statistic("Radiosity/specular continuations"), 10000);
+  EXPECT_LT(statistic("Rays/specular"), 0.3 * statistic("Radiosity/specular continuations"));
+}
+
+}  // namespace
+}  // namespace patina
