@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `cmake --install` adds to the programs, plugins and modules: the shader headers and the package Patina.
+# What `cmake --install` adds to the programs, plugins and modules: the shader headers, the package Patina, the guide and
+# its examples.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Patina)
 
@@ -16,3 +17,5 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/PatinaConfigVersion.cmake C
 install(FILES ${CMAKE_BINARY_DIR}/PatinaConfig.cmake ${CMAKE_BINARY_DIR}/PatinaConfigVersion.cmake
   ${CMAKE_CURRENT_LIST_DIR}/PatinaShader.cmake DESTINATION ${package_dir})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${PROJECT_SOURCE_DIR}/shaderapi/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/shaderapi)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaderapi/examples DESTINATION ${CMAKE_INSTALL_DOCDIR}/shaderapi)
