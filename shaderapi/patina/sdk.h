@@ -29,6 +29,10 @@
 // once. At the file's end: PATINA_SHADERS(S, ...). The smallest example is shaders/matte.cpp.
 #pragma once
 
+#if __cplusplus < 202002L
+#error "patina/sdk.h needs C++20; patina/shader.h is for C11 and C++17"
+#endif
+
 #include <cstddef>
 #include <memory>
 #include <new>
