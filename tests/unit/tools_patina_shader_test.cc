@@ -54,9 +54,40 @@ TEST(PatinaShader, ChecksAsJson) {
   EXPECT_EQ(report[0]["faults"][0]["check"], "displacement");
 }
 
+TEST(PatinaShader, ListsAsJson) {
+  const Outcome listed = run("--json spotlight displace");
+  EXPECT_EQ(listed.status, 0);
+  const auto all = nlohmann::json::parse(listed.output);
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0]["shader"], "spotlight");
+  EXPECT_FALSE(all[0].contains("entries"));  // nothing was run
+  EXPECT_EQ(all[1]["parameters"][0]["name"], "Km");
+  EXPECT_EQ(all[1]["parameters"][0]["type"], "float");
+  EXPECT_EQ(all[1]["parameters"][0]["storage"], "uniform");
+  EXPECT_EQ(all[1]["parameters"][0]["default"], nlohmann::json({0.1f}));
+  EXPECT_FALSE(all[1]["parameters"][0].contains("minimum"));
+  EXPECT_EQ(all[1]["parameters"][4]["default"], nlohmann::json({""}));
+}
+
+// Also those that do something for some parameters only: displace does nothing without a texture.
+TEST(PatinaShader, SaysWhatShadersCanBeBoundAs) {
+  const Outcome listed = run("--json --entries spotlight displace plastic");
+  EXPECT_EQ(listed.status, 0);
+  const auto all = nlohmann::json::parse(listed.output);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0]["entries"], nlohmann::json({"light"}));
+  EXPECT_EQ(all[0]["light"], nlohmann::json({"delta"}));
+  EXPECT_EQ(all[0]["from_point"], true);
+  EXPECT_EQ(all[1]["entries"], nlohmann::json({"displacement"}));
+  EXPECT_EQ(all[1]["light"], nlohmann::json::array());
+  EXPECT_EQ(all[2]["entries"], nlohmann::json({"radiosity", "view"}));
+}
+
 TEST(PatinaShader, RefusesWrongUsage) {
   EXPECT_EQ(run("--check").status, 2);
-  EXPECT_EQ(run("--json matte").status, 2);
+  EXPECT_EQ(run("--json --rib matte").status, 2);
+  EXPECT_EQ(run("--entries matte").status, 2);
+  EXPECT_EQ(run("--check --json --entries matte").status, 2);
   EXPECT_EQ(run("--check --rib matte").status, 2);
 }
 

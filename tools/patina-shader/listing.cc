@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a shader's table as Declare lines and as Markdown.
+// Writes a shader's table as Declare lines, as Markdown and as JSON.
 #include "tools/patina-shader/listing.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "renderer/shading/plugin_file.h"
 
@@ -71,6 +72,45 @@ std::string markdownListing(const PatinaShader& shader) {
                     cell(defaultOf(p)), p.type == PATINA_STRING ? "" : rangeOf(p), cell(p.unit), cell(p.doc));
   }
   return text;
+}
+
+nlohmann::ordered_json jsonListing(const PatinaShader& shader) {
+  nlohmann::ordered_json listing = {{"shader", shader.name},
+                                    {"doc", shader.doc},
+                                    {"abi_minor", shader.abi_minor},
+                                    {"parameters", nlohmann::ordered_json::array()}};
+  for (uint32_t i = 0; i < shader.parameter_count; ++i) {
+    const PatinaParameter& p = parameterOf(shader, i);
+    nlohmann::ordered_json defaults = nlohmann::ordered_json::array();
+    for (uint32_t k = 0; k < componentsOf(p.type) * std::max(p.array_length, 1u); ++k) {
+      if (p.type == PATINA_STRING)
+        defaults.push_back(p.default_strings[k]);
+      else if (p.type == PATINA_INT)
+        defaults.push_back(p.default_ints[k]);
+      else
+        defaults.push_back(p.default_floats[k]);
+    }
+    nlohmann::ordered_json entry = {{"name", p.name},
+                                    {"type", typeName(p.type)},
+                                    {"array_length", p.array_length},
+                                    {"storage", storageOf(p)},
+                                    {"default", defaults}};
+    if (p.minimum <= p.maximum) entry["minimum"] = p.minimum, entry["maximum"] = p.maximum;
+    entry["unit"] = p.unit, entry["doc"] = p.doc;
+    listing["parameters"].push_back(entry);
+  }
+  return listing;
+}
+
+void addUses(nlohmann::ordered_json& listing, const shadercheck::Uses& uses) {
+  static constexpr const char* kEntries[] = {"displacement", "light", "radiosity", "view"};
+  static constexpr const char* kKinds[] = {"none", "ambient", "delta", "infinite", "area"};
+  listing["entries"] = listing["light"] = nlohmann::ordered_json::array();
+  for (uint32_t i = 0; i < std::size(kEntries); ++i)
+    if (uses.active >> i & 1u) listing["entries"].push_back(kEntries[i]);
+  for (uint32_t i = 0; i < std::size(kKinds); ++i)
+    if (uses.lightKinds >> i & 1u) listing["light"].push_back(kKinds[i]);
+  listing["from_point"] = uses.fromPoint;
 }
 
 }  // namespace patina

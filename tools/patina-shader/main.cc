@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "renderer/shading/plugin_loader.h"
 #include "tools/patina-shader/checking.h"
@@ -44,6 +45,16 @@ bool list(patina::PluginLoader& loader, const std::vector<std::string>& names, b
   });
 }
 
+bool listAsJson(patina::PluginLoader& loader, const std::vector<std::string>& names, bool entries) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  const bool good = forEachShader(loader, names, [&](const PatinaShader& shader) {
+    all.push_back(patina::jsonListing(shader));
+    if (entries) patina::addUses(all.back(), patina::shadercheck::usesOf(shader));
+  });
+  std::puts(all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+  return good;
+}
+
 bool check(patina::PluginLoader& loader, const std::vector<std::string>& names, bool json) {
   std::vector<patina::shadercheck::Verdict> verdicts;
   bool good = forEachShader(loader, names, [&](const PatinaShader& shader) {
@@ -66,7 +77,7 @@ int main(int argc, char** argv) {
       "every way that the interface allows and says what they do wrong.");
   app.footer("Exit status: 0 = all is well, 1 = a plugin cannot be loaded or has a fault, 2 = wrong usage.");
   std::vector<std::string> names, paths;
-  bool rib = false, markdown = false, checks = false, json = false;
+  bool rib = false, markdown = false, checks = false, json = false, entries = false;
   app.add_option("plugin", names, "plugin files (name.so), or shaders by name")->required();
   CLI::Option* const ribOption = app.add_flag("--rib", rib, "only Declare lines");
   CLI::Option* const markdownOption = app.add_flag("--markdown", markdown, "only Markdown");
@@ -76,7 +87,13 @@ int main(int argc, char** argv) {
          "per fault, and a summary per shader")
       ->excludes(ribOption)
       ->excludes(markdownOption);
-  app.add_flag("--json", json, "what --check finds, as JSON")->needs("--check");
+  CLI::Option* const jsonOption = app.add_flag("--json", json, "as JSON; with --check what that finds")
+                                      ->excludes(ribOption)
+                                      ->excludes(markdownOption);
+  app.add_flag("--entries", entries,
+               "with --json: also what a shader can be bound as, for which its `prepare` is run")
+      ->needs(jsonOption)
+      ->excludes("--check");
   app.add_option("--shader-path", paths, "folders in which shaders are looked for by name");
   try {
     app.parse(argc, argv);
@@ -85,6 +102,8 @@ int main(int argc, char** argv) {
   }
 
   patina::PluginLoader loader({paths, "", true});
-  const bool good = checks ? check(loader, names, json) : list(loader, names, rib, markdown);
+  const bool good = checks ? check(loader, names, json)
+                    : json ? listAsJson(loader, names, entries)
+                           : list(loader, names, rib, markdown);
   return good ? 0 : 1;
 }
