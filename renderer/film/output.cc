@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "renderer/base/statistics.h"
 #include "renderer/film/atomic_file.h"
 #include "renderer/film/exr.h"
 #include "renderer/film/image.h"
@@ -14,6 +15,8 @@
 namespace patina {
 
 namespace {
+
+STAT_COUNTER("Film/OpenColorIO views applied", viewsApplied);
 
 constexpr const char* kSoftware = "Patina " PATINA_VERSION;
 
@@ -220,6 +223,7 @@ std::string encodeColour(ImageData& image, const Output& output, const OutputSet
   std::array<char, 1024> text{};
   if (!module->applyView(s.displayView.c_str(), colours.data(), colours.size() / 3, text.data(), text.size()))
     return text.data();
+  ++viewsApplied;
   std::size_t next = 0;
   forEachColour(image, output, [&](float& v) { v = colours[next++]; });
   return {};

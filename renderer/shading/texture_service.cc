@@ -32,6 +32,7 @@ struct PatinaTexture {
 namespace patina {
 namespace {
 
+STAT_COUNTER("Textures/texture systems started", systemsStarted);
 STAT_COUNTER("Textures/files opened", texturesOpened);
 STAT_COUNTER("Textures/files missing", texturesMissing);
 STAT_COUNTER("Textures/look-ups", textureLookups);
@@ -109,6 +110,7 @@ void TextureService::loadModule(const Location& where) {
                 : nullptr;
     if (module && module->version == PATINA_TEXTURE_MODULE_VERSION && (system_ = module->create(budget_))) {
       module_ = module;
+      ++systemsStarted;
       return;
     }
     tried += fmt::format("\n  {}: {}", path, reason ? reason : "not a texture module of this version");
