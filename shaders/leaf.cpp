@@ -68,7 +68,8 @@ struct Leaf {
         width / 2 *
         (reach > 1e-3f ? (std::cos(kPi * low) - std::cos(kPi * high)) / (kPi * reach) : std::sin(kPi * t));
     const float inside = std::min(s + half, 0.5f + breadth) - std::max(s - half, 0.5f - breadth);
-    return std::clamp(inside / (2 * half), 0.0f, 1.0f) * (reach / (2 * half));
+    // `reach` is a difference of numbers near t: its rounding is not to make more than one of a small square.
+    return std::clamp(inside / (2 * half), 0.0f, 1.0f) * std::min(reach / (2 * half), 1.0f);
   }
 
   PatinaTexture* shape_ = nullptr;
