@@ -8,6 +8,7 @@
 #include <string>
 
 #include "renderer/base/statistics.h"
+#include "renderer/shading/shader_validation.h"
 #include "renderer/shading/surface_batch.h"
 
 namespace patina {
@@ -77,6 +78,12 @@ bool DisplacementShading::displace(const Vertices& vertices) const {
   ++statistics.calls;
   statistics.points += static_cast<int64_t>(n);
   if (shader.displacement(in, result) != PATINA_OK) return false;
+  if (validatesShaders())
+    validateDisplacement(shader, in, result, vertices.P, vertices.N, [&](size_t i) {
+      return fmt::format("({}, {}, {}), (u, v) = ({}, {}) of face {} of the primitive at {}", vertices.P[i].x,
+                         vertices.P[i].y, vertices.P[i].z, vertices.uv[i].x, vertices.uv[i].y, vertices.face,
+                         toString(vertices.primitive.where));
+    });
   uint64_t bad = 0;
   size_t first = 0;
   for (size_t i = 0; i < n; ++i) {

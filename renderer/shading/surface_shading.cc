@@ -9,6 +9,7 @@
 #include <string>
 
 #include "renderer/base/statistics.h"
+#include "renderer/shading/shader_validation.h"
 #include "renderer/shading/surface_batch.h"
 
 namespace patina {
@@ -265,6 +266,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
           entry, placeOf(first));
     });
   };
+  const auto place = [&](size_t i) { return placeOf(point(i)); };
   if (radiosity) {
     Repaired repaired;
     PatinaRadiosityOut result{};
@@ -274,7 +276,8 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
     result.ambient = planes.out3(0), result.opacity = planes.out3(1);
     ++statistics.radiosityCalls;
     statistics.radiosityPoints += static_cast<int64_t>(n);
-    if (shader.radiosity(in, result) == PATINA_OK)
+    if (shader.radiosity(in, result) == PATINA_OK) {
+      if (validatesShaders()) validateRadiosity(shader, in, result, place);
       for (size_t i = 0; i < n; ++i) {
         SurfaceTerms& t = out.terms[which[i]];
         t.emission = OutPlanes{result.emission}[i], t.reflectance = OutPlanes{result.reflectance}[i];
@@ -283,6 +286,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
         repaired.note(i, repair(t.emission) | repair(t.reflectance) | repair(t.transmittance) |
                              repair(t.ambient) | repairOpacity(t.opacity));
       }
+    }
     report("radiosity", ShaderHost::kBadValues, repaired, statistics.radiosityReplaced);
   }
   if (view) {
@@ -301,7 +305,8 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
     result.lobe_stride = sizeof(PatinaLobe);
     ++statistics.viewCalls;
     statistics.viewPoints += static_cast<int64_t>(n);
-    if (shader.view(in, result) == PATINA_OK)
+    if (shader.view(in, result) == PATINA_OK) {
+      if (validatesShaders()) validateView(shader, in, result, place);
       for (size_t i = 0; i < n; ++i) {
         SurfaceTerms& t = out.terms[which[i]];
         Rgb emission = OutPlanes{result.emission}[i];
@@ -321,6 +326,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
         t.lobeCount = static_cast<uint32_t>(out.lobes.size()) - t.firstLobe;
         repaired.note(i, wrong);
       }
+    }
     report("view", ShaderHost::kBadView, repaired, statistics.viewReplaced);
   }
 }

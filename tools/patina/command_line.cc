@@ -101,6 +101,8 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
                    "A coarse picture of the whole first, then finer ones; without: as the RIB's Hider says");
   app.add_flag("--progress", line.progressLines, "Print progress as lines \"R90000 <percent>\"");
   app.add_flag("--allow-programs", line.allowPrograms, "Let RIBs start programs (Procedural \"RunProgram\")");
+  app.add_flag("--validate-shaders", line.validateShaders,
+               "Check what shaders give while rendering: energy, traits, bounds, channels, one point alone");
   app.add_flag("--requests", line.requests, "Print what becomes of each request, as Markdown, and exit");
   app.add_flag("--strict", line.strict, "Render nothing if the RIB has an error");
   app.add_flag("--check", line.check, "Read and check only");

@@ -28,6 +28,7 @@ struct CommandLine {
   bool quiet = false;
   bool strict = false;
   bool allowPrograms = false;
+  bool validateShaders = false;
   bool requests = false;  ///< the table of requests is printed and that is all
   bool check = false;     ///< parse and validate only
 };

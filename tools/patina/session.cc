@@ -12,6 +12,7 @@
 #include "renderer/film/scene_film.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene_builder.h"
+#include "renderer/shading/shader_validation.h"
 #include "tools/patina/progress.h"
 
 namespace patina {
@@ -56,6 +57,7 @@ int Session::run() {
 
 void Session::readFile(const std::string& path) {
   file_ = path;
+  setShaderValidation(commandLine_.validateShaders);
   reading_.emplace("Reading RIB");
   SceneBuilderSettings settings;
   settings.archivePath = commandLine_.archivePath;
