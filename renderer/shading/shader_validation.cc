@@ -22,6 +22,15 @@ namespace {
 constexpr float kSlack = 1e-4f;   // of sums of products of floats in [0, 1]
 constexpr uint32_t kSampled = 7;  // of so many batches of a thread one is looked at more closely
 
+// What is handed over again is copied member by member: new ones are to be copied as well.
+static_assert(sizeof(PatinaPoints) == 520, "SingleLane copies every plane of a batch");
+static_assert(sizeof(PatinaValue) == 40, "SingleLane copies every value of a batch");
+static_assert(sizeof(PatinaRadiosityOut) == 128,
+              "radiosityAlone() fills every plane, and numbersOf() compares it");
+static_assert(sizeof(PatinaLobe) == 72 && sizeof(PatinaViewOut) == 48,
+              "viewAlone() fills every plane, and numbersOf() compares it");
+static_assert(sizeof(PatinaDisplacementOut) == 56, "so does validateDisplacement()");
+
 // The codes of messages; see ShaderHost::Fault for others.
 enum Kind : int32_t {
   kEnergy = -100,
