@@ -1,37 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // envlight: light from every direction, of one colour or of a latitude-longitude picture.
 #include <patina/sdk.h>
+#include <patina/sdk/distribution.h>
 
 #include <vector>
 
 using namespace patina::sdk;
 
 namespace {
-
-// Draws cells of a table with a probability in proportion to their weight.
-class Distribution {
- public:
-  explicit Distribution(const std::vector<float>& weights) : cumulative_(weights.size() + 1) {
-    double sum = 0;
-    for (size_t i = 0; i < weights.size(); ++i) cumulative_[i + 1] = float(sum += double(weights[i]));
-    sum_ = float(sum);
-  }
-  float sum() const { return sum_; }
-  float probability(size_t cell) const { return (cumulative_[cell + 1] - cumulative_[cell]) / sum_; }
-  // The cell that the random number falls into; `rest` is where in the cell, in [0, 1).
-  size_t draw(float random, float& rest) const {
-    const float target = random * sum_;
-    const auto above = std::upper_bound(cumulative_.begin() + 1, cumulative_.end() - 1, target);
-    const auto cell = size_t(above - cumulative_.begin()) - 1;
-    const float width = cumulative_[cell + 1] - cumulative_[cell];
-    rest = width > 0 ? clamp((target - cumulative_[cell]) / width, 0, 0.9999999f) : 0.5f;
-    return cell;
-  }
-
- private:
-  std::vector<float> cumulative_;
-  float sum_ = 0;
-};
 
 struct EnvLight {
   struct Parameters {
@@ -57,15 +33,14 @@ struct EnvLight {
     context.lightPower(scale_ * kPi);
     if (isBlack(scale_)) return PATINA_OK;
     host_ = &context.host;
-    setAxes(context.shaderToWorld());
+    axes_ = Axes(context.shaderToWorld());
     picture_ = context.openTexture(p.texturename);
     if (!picture_) {
       context.set(PATINA_TRAIT_SMOOTH);
       return PATINA_OK;
     }
     const PatinaStatus status = buildTable();
-    const float mean = columns_.empty() ? 0 : rows_[0].sum() * kPi / (2 * kHeight * kWidth);
-    context.lightPower(scale_ * (kPi * mean));
+    context.lightPower(kPi * directions_.mean());
     return status;
   }
 
@@ -82,83 +57,58 @@ struct EnvLight {
   }
 
  private:
-  static constexpr uint32_t kHeight = 256, kWidth = 2 * kHeight;  // of the table
-  static constexpr float kUniformDensity = 1 / (4 * kPi);
+  static constexpr uint32_t kLeastHeight = 256, kMostHeight = 1024;  // of the table; it is twice as wide
 
   static float at(const PatinaPlane& plane, uint32_t i) { return plane.data[size_t(i) * plane.stride]; }
 
-  // The picture's axes in world space, square to each other whatever the transformation is.
-  void setAxes(const float* m) {
-    const Vector x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
-    const float handedness = dot(cross(x, y), z) < 0 ? -1.0f : 1.0f;
-    z_ = normalize(z);
-    if (dot(z_, z_) < 0.5f) z_ = {0, 0, 1};
-    x_ = normalize(x - z_ * dot(x, z_));
-    if (dot(x_, x_) < 0.5f) x_ = frameAround(z_).x;
-    y_ = cross(z_, x_) * handedness;
-  }
-
-  // How bright the picture is in each cell of a coarser grid, by which directions are drawn. A little is
-  // added to each, so that no light between its samples is missed.
+  // Draws directions by how bright the picture is, in cells half as wide as its pixels as long as the table
+  // stays small.
   PatinaStatus buildTable() {
-    std::vector<float> brightness(kWidth * kHeight), rowSums(kHeight);
-    double total = 0;
-    for (uint32_t row = 0; row < kHeight; ++row) {
-      const float theta = kPi * (float(row) + 0.5f) / kHeight, sine = std::sin(theta);
-      std::vector<float> s(kWidth), red(kWidth), green(kWidth), blue(kWidth);
-      for (uint32_t i = 0; i < kWidth; ++i) s[i] = (float(i) + 0.5f) / kWidth;
-      const float t = (float(row) + 0.5f) / kHeight, width = 1.0f / kHeight;
-      const PatinaStatus status =
-          host_->texture(host_->host, picture_, kWidth, {s.data(), 1, 0}, {&t, 0, 0}, {&width, 0, 0},
-                         {red.data(), green.data(), blue.data()}, nullptr);
-      if (status != PATINA_OK) return status;
-      for (uint32_t i = 0; i < kWidth; ++i) {
-        const float value = luminance(scale_ * Color(red[i], green[i], blue[i]));
-        brightness[row * kWidth + i] = (std::isfinite(value) ? std::max(value, 0.0f) : 0.0f) * sine;
-        total += double(brightness[row * kWidth + i]);
+    uint32_t pictureWidth = 0, pictureHeight = 0, channels = 0;
+    PatinaStatus status =
+        host_->texture_size(host_->host, picture_, &pictureWidth, &pictureHeight, &channels);
+    if (status != PATINA_OK) return status;
+    const uint32_t pixels = std::max(pictureWidth / 2, pictureHeight);
+    const uint32_t height = std::clamp(2 * std::min(pixels, kMostHeight), kLeastHeight, kMostHeight);
+    const uint32_t width = 2 * height;
+    std::vector<float> brightness(size_t(width) * height);
+    std::vector<float> x(width), y(width), z(width), red(width), green(width), blue(width);
+    for (uint32_t row = 0; row < height; ++row) {
+      const float theta = kPi * (float(row) + 0.5f) / float(height), sine = std::sin(theta);
+      for (uint32_t i = 0; i < width; ++i) {
+        const float phi = 2 * kPi * ((float(i) + 0.5f) / float(width) - 0.5f);
+        x[i] = sine * std::cos(phi), y[i] = sine * std::sin(phi), z[i] = std::cos(theta);
       }
+      // About the poles a circle of that size would hold the whole row.
+      const float region = kPi / float(height) * std::max(sine, 0.25f);
+      status = host_->environment(host_->host, picture_, width,
+                                  {{x.data(), 1, 0}, {y.data(), 1, 0}, {z.data(), 1, 0}}, {&region, 0, 0},
+                                  {red.data(), green.data(), blue.data()});
+      if (status != PATINA_OK) return status;
+      for (uint32_t i = 0; i < width; ++i)
+        brightness[size_t(row) * width + i] = luminance(scale_ * Color(red[i], green[i], blue[i]));
     }
-    if (total == 0) return PATINA_OK;  // drawn uniformly: it is black wherever it was looked at
-    for (uint32_t row = 0; row < kHeight; ++row) {
-      const float sine = std::sin(kPi * (float(row) + 0.5f) / kHeight);
-      const float added = 0.05f * float(total) / (kWidth * kHeight) * sine * (kPi / 2);
-      std::vector<float> cells(&brightness[row * kWidth], &brightness[row * kWidth] + kWidth);
-      for (float& cell : cells) cell += added;
-      columns_.emplace_back(cells);
-      rowSums[row] = columns_.back().sum();
-    }
-    rows_.emplace_back(rowSums);
+    if (height < 2 * pixels)
+      spread(brightness, width, height, std::min(float(height) / float(pixels), 1.0f) / 8);
+    directions_ = SphereDistribution(brightness, width, height);
     return PATINA_OK;
   }
 
-  float density(const Vector& local) const {
-    if (columns_.empty()) return kUniformDensity;
-    const float around = std::hypot(local.x, local.y);
-    const float s = 0.5f + std::atan2(local.y, local.x) / (2 * kPi), t = std::atan2(around, local.z) / kPi;
-    const auto column = std::min(size_t(std::max(s, 0.0f) * kWidth), size_t(kWidth - 1));
-    const auto row = std::min(size_t(std::max(t, 0.0f) * kHeight), size_t(kHeight - 1));
-    return cellDensity(row, column, around);
-  }
-  float cellDensity(size_t row, size_t column, float sine) const {
-    const float probability = rows_[0].probability(row) * columns_[row].probability(column);
-    return probability * (kWidth * kHeight) / (2 * kPi * kPi * std::max(sine, 1e-6f));
-  }
-
-  // A direction in the picture's axes, and its density.
-  Vector draw(float randomX, float randomY, float& pdf) const {
-    if (columns_.empty()) {
-      const float z = 1 - 2 * randomX, radius = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * randomY;
-      pdf = kUniformDensity;
-      return {radius * std::cos(phi), radius * std::sin(phi), z};
-    }
-    float inRow = 0, inColumn = 0;
-    const size_t row = rows_[0].draw(randomX, inRow);
-    const size_t column = columns_[row].draw(randomY, inColumn);
-    const float theta = kPi * (float(row) + inRow) / kHeight;
-    const float phi = 2 * kPi * ((float(column) + inColumn) / kWidth - 0.5f);
-    const float sine = std::sin(theta);
-    pdf = cellDensity(row, column, sine);
-    return {sine * std::cos(phi), sine * std::sin(phi), std::cos(theta)};
+  // Look-ups are interpolated between pixels, which brings `share` of a cell's light to each cell beside it:
+  // an eighth where cells are pixels.
+  static void spread(std::vector<float>& brightness, size_t width, size_t height, float share) {
+    const auto along = [&](size_t start, size_t step, size_t count, bool around, std::vector<float>& line) {
+      line.resize(count);
+      for (size_t i = 0; i < count; ++i) line[i] = brightness[start + i * step];
+      for (size_t i = 0; i < count; ++i) {
+        const float before = i > 0 ? line[i - 1] : line[around ? count - 1 : 0];
+        const float after = i + 1 < count ? line[i + 1] : line[around ? 0 : count - 1];
+        brightness[start + i * step] = line[i] + share * (before + after - 2 * line[i]);
+      }
+    };
+    std::vector<float> line;
+    for (size_t row = 0; row < height; ++row) along(row * width, 1, width, true, line);
+    for (size_t column = 0; column < width; ++column) along(column, width, height, false, line);
   }
 
   // Radiance from `count` directions in the picture's axes.
@@ -185,8 +135,8 @@ struct EnvLight {
     Vector local[PATINA_LANES];
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t lane = first + i;
-      local[i] = draw(at(in.random_x, lane), at(in.random_y, lane), out.pdf[lane]);
-      const Vector world = x_ * local[i].x + y_ * local[i].y + z_ * local[i].z;
+      local[i] = directions_.draw(at(in.random_x, lane), at(in.random_y, lane), out.pdf[lane]);
+      const Vector world = axes_.toWorld(local[i]);
       out.direction.x[lane] = world.x, out.direction.y[lane] = world.y, out.direction.z[lane] = world.z;
       out.distance[lane] = PATINA_INFINITE_DISTANCE;
     }
@@ -197,9 +147,9 @@ struct EnvLight {
     Vector local[PATINA_LANES];
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t lane = first + i;
-      const Vector world(at(in.direction.x, lane), at(in.direction.y, lane), at(in.direction.z, lane));
-      local[i] = {dot(world, x_), dot(world, y_), dot(world, z_)};
-      out.pdf[lane] = density(local[i]);
+      local[i] =
+          axes_.toLocal({at(in.direction.x, lane), at(in.direction.y, lane), at(in.direction.z, lane)});
+      out.pdf[lane] = directions_.density(local[i]);
     }
     return look(local, count, first, out);
   }
@@ -207,9 +157,8 @@ struct EnvLight {
   const PatinaHost* host_ = nullptr;
   PatinaTexture* picture_ = nullptr;
   Color scale_;
-  Vector x_{1, 0, 0}, y_{0, 1, 0}, z_{0, 0, 1};
-  std::vector<Distribution> rows_;     // one, of the rows' sums; none: directions are drawn uniformly
-  std::vector<Distribution> columns_;  // one per row
+  Axes axes_;
+  SphereDistribution directions_;
 };
 
 }  // namespace

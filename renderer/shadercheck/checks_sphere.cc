@@ -14,7 +14,8 @@ namespace patina::shadercheck {
 namespace {
 
 constexpr uint32_t kSide = 64;           // samples along each random number
-constexpr uint32_t kStrata = 128;        // of the integral, along each coordinate, in each of two parts
+constexpr uint32_t kStrata = 128;        // of the integral, along each coordinate, in each of its parts
+constexpr double kRingGrowth = 8;        // of a part's 1 - cos
 constexpr double kIntegralSlack = 0.02;  // some ten times the error of the strata where a light has edges
 constexpr double kMomentSlack = 0.03;    // as much, of 64 x 64 samples in a grid
 constexpr float kSampleSlack = 0.01f;    // relative, and the share of samples on edges
@@ -56,22 +57,28 @@ Samples drawSamples(Subject& subject) {
   return samples;
 }
 
-Spread spreadOf(const Output& samples) {
+// Of the samples with at least `share` of the highest density: of a sky with a sun, those in its disc.
+Spread spreadOf(const Output& samples, float share) {
+  float most = 0;
+  for (uint32_t i = 0; i < samples.lanes; ++i) most = std::max(most, samples.at(i, kLightPdf));
+  const auto forEach = [&](const auto& add) {
+    for (uint32_t i = 0; i < samples.lanes; ++i)
+      if (samples.at(i, kLightPdf) >= share * most) add(samples.triple(i, kLightDirection));
+  };
   V3f sum(0, 0, 0);
-  for (uint32_t i = 0; i < samples.lanes; ++i) sum += samples.triple(i, kLightDirection);
+  forEach([&](const V3f& d) { sum += d; });
   Spread spread;
   spread.frame = Frame(normalizedOr(sum, V3f(0, 0, 1)));
   double height = 0;
-  for (uint32_t i = 0; i < samples.lanes; ++i)
-    height = std::max(height, double((samples.triple(i, kLightDirection) - spread.frame.z).length2()) / 2);
+  forEach([&](const V3f& d) { height = std::max(height, double((d - spread.frame.z).length2()) / 2); });
   spread.height = std::min(2.0, height * 1.2 + 1e-7);
   return spread;
 }
 
 // Adds the integrals of the density and its moments over the part of the sphere with `low` <= 1 - cos <
-// `high`.
-void integrate(Subject& subject, const Spread& spread, double low, double high, double& total,
-               Moments& sums) {
+// `high` from the peak's middle.
+void integrate(Subject& subject, const Spread& spread, const Spread& peak, double low, double high,
+               double& total, Moments& sums) {
   if (!(high > low)) return;
   std::vector<Lane> lanes(kStrata * kStrata, makeLanes(1, 12)[0]);
   for (uint32_t k = 0; k < kStrata * kStrata; ++k) {
@@ -79,7 +86,7 @@ void integrate(Subject& subject, const Spread& spread, double low, double high, 
     const double phi = 2 * std::numbers::pi * (k / kStrata + double(jitter(k, 3))) / kStrata;
     const double radius = std::sqrt(std::max(below * (2 - below), 0.0));
     const V3f local(float(radius * std::cos(phi)), float(radius * std::sin(phi)), float(1 - below));
-    lanes[k].direction = spread.frame.toWorld(local).normalized();
+    lanes[k].direction = peak.frame.toWorld(local).normalized();
   }
   const Output output = subject.run(Call::LightEvaluate, lanes);
   const double area = 2 * std::numbers::pi * (high - low) / (kStrata * kStrata);
@@ -118,11 +125,16 @@ void expectSame(Subject& subject, const Samples& samples) {
 }
 
 void expectDensity(Subject& subject, const Samples& samples) {
-  const Spread spread = spreadOf(samples.output);
+  const Spread spread = spreadOf(samples.output, 0);
   double total = 0;
   Moments expected{}, drawn{};
-  integrate(subject, spread, 0, spread.height, total, expected);
-  integrate(subject, spread, spread.height, 2, total, expected);
+  // The peak, and rings around it that grow with their distance.
+  const Spread peak = spreadOf(samples.output, 0.5f);
+  integrate(subject, spread, peak, 0, peak.height, total, expected);
+  for (double low = peak.height, high; low < 2; low = high) {
+    high = std::min(low * kRingGrowth, 2.0);
+    integrate(subject, spread, peak, low, high, total, expected);
+  }
   if (std::abs(total - 1) > kIntegralSlack) {
     subject.fault(Call::LightEvaluate, "has a wrong pdf: it does not integrate to 1 over the sphere",
                   fmt::format("the integral is {:.4f}", total));

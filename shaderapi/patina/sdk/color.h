@@ -23,6 +23,14 @@ PATINA_INLINE Color linearToSrgb(const Color& c) {
   return {linearToSrgb(c.r), linearToSrgb(c.g), linearToSrgb(c.b)};
 }
 
+/// CIE XYZ (1931, 2 degrees) to linear Rec.709 with its white D65: Y of white is 1. What lies outside of
+/// Rec.709 has channels below zero.
+PATINA_INLINE constexpr Color xyzToLinear(const Color& c) {
+  return {3.2404542f * c.r - 1.5371385f * c.g - 0.4985314f * c.b,
+          -0.9692660f * c.r + 1.8760108f * c.g + 0.0415560f * c.b,
+          0.0556434f * c.r - 0.2040259f * c.g + 1.0572252f * c.b};
+}
+
 /// Hue (0 to 1 once around: red 0, green 1/3, blue 2/3), saturation and value, as RI's "hsv" has them (A. R.
 /// Smith, "Color Gamut Transform Pairs", SIGGRAPH 1978), kept in a Color's r, g and b.
 PATINA_INLINE Color hsvToRgb(const Color& hsv) {

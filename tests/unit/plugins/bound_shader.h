@@ -28,14 +28,14 @@ inline ShaderArgument text(const char* name, const std::string& value) {
   return {name, ValueType::String, 0, {}, {}, {value}, {}};
 }
 
-/// Binds; every message of the binding is a failure of the test.
+/// Binds, with the camera in the world's origin; every message of the binding is a failure of the test.
 class BoundShader {
  public:
   BoundShader(const char* name, std::vector<ShaderArgument> arguments = {},
               const M44d& shaderToWorld = M44d(), TextureService* textures = nullptr)
       : loader_(ShaderPaths{}),
         errors_([](Severity, std::string_view message) { ADD_FAILURE() << message; }),
-        host_(nullptr, textures) {
+        host_(cameraInWorld, textures) {
     const PluginLoader::Result& found = loader_.find(name);
     if (!found.shader) throw std::runtime_error(found.error);
     instance_ = ShaderInstance::create(*found.shader, {name, std::move(arguments), shaderToWorld, {}}, host_,
@@ -55,6 +55,9 @@ class BoundShader {
   }
 
  private:
+  static std::optional<M44d> cameraInWorld(std::string_view name) {
+    return name == "camera" ? std::optional(M44d()) : std::nullopt;
+  }
   PluginLoader loader_;
   ErrorHandler errors_;
   ShaderHost host_;
