@@ -58,9 +58,8 @@ void Emitters::add(const Geometry& geometry, uint32_t index) {
 
   // A whole sphere that is not squashed is sampled as what it is.
   if (const Quadric* quadric = std::get_if<Quadric>(&traced.primitive->shape);
-      !traced.isDisplaced && quadric && quadric->kind == Quadric::Kind::Sphere &&
-      std::abs(quadric->thetaMax) >= 360) {
-    const float r = std::abs(quadric->values[0]);
+      !traced.isDisplaced && quadric && quadric->kind == Quadric::Kind::Sphere && quadric->thetaMax == 360) {
+    const float r = quadric->values[0];
     const V3f c = transformPoint({0, 0, 0}, placement.objectToWorld);
     float lengths[3];
     for (int k = 0; k < 3; ++k) {
@@ -82,6 +81,7 @@ void Emitters::add(const Geometry& geometry, uint32_t index) {
       s.error = roundingBound(16) * (maxAbsComponent(c) + scale);
       s.area = 4 * kPi * scale * scale;
       s.sign = placement.normalSign;
+      s.axes[0] = row(0).normalized(), s.axes[1] = row(1).normalized(), s.axes[2] = row(2).normalized();
       shapes_.push_back(s);
       owners_[index] = {first, 0};
       return;
@@ -222,6 +222,11 @@ void Emitters::sampleSphere(const Shape& s, const V3f& from, V2f random, Emitter
   const V3f outward = normalizedOr(direction * t - toCenter, -direction);
   out.P = s.corner + outward * r;
   out.N = outward * s.sign;
+  // As RI has them of a whole sphere: u around the z axis from x, v up from -z, each from 0 to 1.
+  const float x = outward.dot(s.axes[0]), y = outward.dot(s.axes[1]), z = outward.dot(s.axes[2]);
+  const float turn = std::atan2(y, x) / (2 * kPi);
+  out.u = turn < 0 ? turn + 1 : turn;
+  out.v = 0.5f + std::atan2(z, std::hypot(x, y)) / kPi;
 }
 
 EmitterSample Emitters::sample(const V3f& from, V2f random) const {

@@ -47,7 +47,8 @@ class Emitters {
     V2f uv0{0, 0}, duv1{0, 0}, duv2{0, 0};  ///< surface parameters at the corner and along the edges
     float error = 0;
     float area = 0;
-    float sign = 1;  ///< sphere: -1 when the outside is the inside
+    float sign = 1;                                   ///< sphere: -1 when the outside is the inside
+    V3f axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< sphere: unit, object space's in world space
   };
   struct Owner {
     uint32_t first,

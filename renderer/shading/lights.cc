@@ -98,8 +98,11 @@ Lights::Lights(const Geometry& geometry, std::span<const ShaderInstance* const> 
   for (Entry& light : lights_)
     if (light.emitters) {
       light.emitters->finish();
-      if (light.emitters->empty()) light.kind = PATINA_LIGHT_NONE;
-      light.power *= light.emitters->totalArea() * kPi;
+      if (light.emitters->empty())
+        light.kind = PATINA_LIGHT_NONE;
+      else if (light.shader->has(PATINA_TRAIT_PER_AREA))
+        light.scale = 1 / light.emitters->totalArea();
+      light.power *= light.emitters->totalArea() * kPi * light.scale;
     }
 }
 
@@ -196,7 +199,8 @@ void Lights::sample(uint32_t index, std::span<const V3f> points, std::span<const
       PatinaLightOut result = makeOut(planes);
       Checked checked(light);
       if (call(light, in, result) == PATINA_OK)
-        for (size_t i = 0; i < n; ++i) o[i].radiance = checked.color(at(result.radiance, i), chosen[i].P);
+        for (size_t i = 0; i < n; ++i)
+          o[i].radiance = checked.color(at(result.radiance, i) * light.scale, chosen[i].P);
     } else {
       PatinaLightIn in = makeIn(*light.shader, planes, n, PATINA_LIGHT_SAMPLE);
       in.P = planes.fill3(n, [&](size_t i) { return p[i]; });
@@ -278,7 +282,8 @@ Rgb Lights::emitted(uint32_t index, const ShadingPoint& point, const V3f& direct
   in.v = planes.fill(1, [&](size_t) { return uv.y; });
   PatinaLightOut result = makeOut(planes);
   Checked checked(light);
-  return call(light, in, result) == PATINA_OK ? checked.color(at(result.radiance, 0), point.P) : Rgb(0, 0, 0);
+  if (call(light, in, result) != PATINA_OK) return {0, 0, 0};
+  return checked.color(at(result.radiance, 0) * light.scale, point.P);
 }
 
 float Lights::areaPdf(uint32_t index, const V3f& from, const ShadingPoint& onLight) const {

@@ -64,6 +64,7 @@ class Lights {
     PatinaLightKind kind = PATINA_LIGHT_NONE;
     bool castsShadows = true, smooth = false, twoSided = false, cameraVisible = false;
     float power = 1;
+    float scale = 1;  ///< of an area light's radiance: PATINA_TRAIT_PER_AREA
     std::unique_ptr<Emitters> emitters;
     std::unique_ptr<Statistics> statistics;
   };

@@ -287,6 +287,8 @@ typedef enum PatinaEntry {
                                                           surfaces sample it better than it does itself */
 #define PATINA_TRAIT_FROM_POINT    (UINT64_C(1) << 11) /* a DELTA light that shines from light_from alone, falls off with
                                                           the square of the distance, and is black outside its cone */
+#define PATINA_TRAIT_PER_AREA      (UINT64_C(1) << 12) /* an AREA light of which the host divides what `light` gives, and
+                                                          light_power, by the area of its geometry in world units */
 
 /* What `prepare` found out from the parameters. Zeroed by the host before the call but for struct_size. Traits hold for
  * every batch: they may depend on uniform parameters only, for a primitive variable may replace a varying one. */

@@ -59,7 +59,8 @@ struct DisplacedNormal {
 // --------------------------------------------------------------------------------------------------
 
 /// Result of `lookups` is a std::array of one of these: where texture i (that of `texture(i)`) is read for a
-/// point. A kernel that takes `const Texels<N>&` as its last argument gets what was found there.
+/// point. A kernel that takes `const Texels<N>&` as its last argument gets what was found there. Those of a
+/// light are given its LightQuery in the place of a Surface.
 struct TextureLookup {
   float s, t, width;
 };
@@ -159,16 +160,23 @@ struct TexelBlock {
 
   PATINA_INLINE void load(const Instance<S>& self, const ParameterBlock<S>& parameters,
                           const PatinaPoints& in, uint32_t first) {
+    SurfaceBlock<Kernel<decltype(&S::lookups)>::kChannels> surface;
+    surface.load(in, first);
+    load(self, parameters, in.count - first, [&](uint32_t lane) { return surface.get(lane); });
+  }
+
+  // `at(lane)`: what lookups() is given of the first `count` lanes, a Surface or a LightQuery.
+  template <class At>
+  PATINA_INLINE void load(const Instance<S>& self, const ParameterBlock<S>& parameters, uint32_t count,
+                          const At& at) {
     using K = Kernel<decltype(&S::lookups)>;
     using Lookup = typename K::Result::value_type;
     static_assert(std::tuple_size_v<typename K::Result> == N, "lookups() and Texels<> disagree");
-    SurfaceBlock<K::kChannels> surface;
-    surface.load(in, first);
     Lanes3 where[N];
     Lanes width[N];
     PATINA_VECTOR_LOOP
     for (uint32_t lane = 0; lane < kLanes; ++lane) {
-      const auto lookups = self.shader.lookups(parameters.get(lane, self.parameters), surface.get(lane));
+      const auto lookups = self.shader.lookups(parameters.get(lane, self.parameters), at(lane));
       for (size_t k = 0; k < N; ++k) {
         if constexpr (std::is_same_v<Lookup, TextureLookup>)
           where[k].set(lane, Vector(lookups[k].s, lookups[k].t, 0));
@@ -177,6 +185,7 @@ struct TexelBlock {
         width[k].v[lane] = lookups[k].width;
       }
     }
+    count = std::min(kLanes, count);
     for (size_t k = 0; k < N; ++k) {
       alpha[k].fill(1);
       for (Lanes* plane : {&color[k].x, &color[k].y, &color[k].z}) plane->fill(1);
@@ -184,7 +193,6 @@ struct TexelBlock {
       if (!texture) continue;
       const auto plane = [](const Lanes& lanes) { return PatinaPlane{lanes.v, 1, 0}; };
       const PatinaOut3 out{color[k].x.v, color[k].y.v, color[k].z.v};
-      const uint32_t count = std::min(kLanes, in.count - first);
       if constexpr (std::is_same_v<Lookup, TextureLookup>)
         self.host->texture(self.host->host, texture, count, plane(where[k].x), plane(where[k].y),
                            plane(width[k]), out, alpha[k].v);
@@ -298,6 +306,22 @@ __attribute__((flatten)) void viewBlock(const Instance<S>& self, const PatinaPoi
   out.lobe_count = used;
 }
 
+// Runs a light's kernel over one block: `call` is given parameters, query [and texels], `set` the lane and
+// the result.
+template <class K, class S, class Query, class Call, class Set>
+PATINA_INLINE void runLight(const Instance<S>& self, const ParameterBlock<S>& parameters, uint32_t count,
+                            const Query& query, const Call& call, const Set& set) {
+  [[maybe_unused]] TexelBlock<S, K::kTexels> texels;
+  if constexpr (K::kTexels > 0) texels.load(self, parameters, count, query);
+  PATINA_VECTOR_LOOP
+  for (uint32_t lane = 0; lane < kLanes; ++lane) {
+    if constexpr (K::kTexels == 0)
+      set(lane, call(parameters.get(lane, self.parameters), query(lane)));
+    else
+      set(lane, call(parameters.get(lane, self.parameters), query(lane), texels.get(lane)));
+  }
+}
+
 template <class S>
 __attribute__((flatten)) void lightBlock(const Instance<S>& self, const PatinaLightIn& in, uint32_t first,
                                          PatinaLightOut& out) {
@@ -314,16 +338,17 @@ __attribute__((flatten)) void lightBlock(const Instance<S>& self, const PatinaLi
   };
   Lanes3 towards, radiance;
   Lanes distance, pdf;
+  const uint32_t count = in.count - first;
   if (in.task == PATINA_LIGHT_SAMPLE) {
     if constexpr (requires { &S::sample; }) {
-      PATINA_VECTOR_LOOP
-      for (uint32_t lane = 0; lane < kLanes; ++lane) {
-        const LightSample sample = self.shader.sample(parameters.get(lane, self.parameters), query(lane));
-        towards.set(lane, sample.direction);
-        distance.v[lane] = sample.distance;
-        radiance.set(lane, sample.radiance);
-        pdf.v[lane] = sample.pdf;
-      }
+      runLight<Kernel<decltype(&S::sample)>>(
+          self, parameters, count, query, [&](const auto&... args) { return self.shader.sample(args...); },
+          [&](uint32_t lane, const LightSample& sample) {
+            towards.set(lane, sample.direction);
+            distance.v[lane] = sample.distance;
+            radiance.set(lane, sample.radiance);
+            pdf.v[lane] = sample.pdf;
+          });
       towards.store(out.direction, first);
       distance.store(out.distance, first);
       radiance.store(out.radiance, first);
@@ -331,20 +356,20 @@ __attribute__((flatten)) void lightBlock(const Instance<S>& self, const PatinaLi
     }
   } else if (in.task == PATINA_LIGHT_EVALUATE) {
     if constexpr (requires { &S::evaluate; }) {
-      PATINA_VECTOR_LOOP
-      for (uint32_t lane = 0; lane < kLanes; ++lane) {
-        const LightSample sample = self.shader.evaluate(parameters.get(lane, self.parameters), query(lane));
-        radiance.set(lane, sample.radiance);
-        pdf.v[lane] = sample.pdf;
-      }
+      runLight<Kernel<decltype(&S::evaluate)>>(
+          self, parameters, count, query, [&](const auto&... args) { return self.shader.evaluate(args...); },
+          [&](uint32_t lane, const LightSample& sample) {
+            radiance.set(lane, sample.radiance);
+            pdf.v[lane] = sample.pdf;
+          });
       radiance.store(out.radiance, first);
       pdf.store(out.pdf, first);
     }
   } else if (in.task == PATINA_LIGHT_EMIT) {
     if constexpr (requires { &S::emit; }) {
-      PATINA_VECTOR_LOOP
-      for (uint32_t lane = 0; lane < kLanes; ++lane)
-        radiance.set(lane, Color(self.shader.emit(parameters.get(lane, self.parameters), query(lane))));
+      runLight<Kernel<decltype(&S::emit)>>(
+          self, parameters, count, query, [&](const auto&... args) { return self.shader.emit(args...); },
+          [&](uint32_t lane, const Color& emitted) { radiance.set(lane, emitted); });
       radiance.store(out.radiance, first);
     }
   }
