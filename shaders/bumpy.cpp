@@ -17,7 +17,7 @@ struct Bumpy {
       uniform("texturename", &Parameters::texturename, "texture of heights; \"\" = nothing is moved"));
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
-    heights_ = context.openTexture(p.texturename);
+    heights_ = context.openData(p.texturename);
     if (!heights_ || p.Km == 0) context.disable(PATINA_ENTRY_DISPLACEMENT);
     return PATINA_OK;
   }

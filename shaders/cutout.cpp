@@ -27,7 +27,7 @@ struct Cutout {
   static constexpr uint64_t kTraits = 0;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
-    shape_ = context.openTexture(p.texturename);
+    shape_ = context.openData(p.texturename);
     // A texture that is not there has no holes.
     isRound_ = p.radius > 0 && !(p.texturename && *p.texturename) ? 1.0f : 0.0f;
     if (!shape_ && isRound_ == 0) context.set(PATINA_TRAIT_OPACITY_IS_OS);

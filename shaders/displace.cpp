@@ -23,7 +23,7 @@ struct Displace {
       uniform("texturename", &Parameters::texturename, "texture of heights; \"\" = nothing is moved"));
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
-    heights_ = context.openTexture(p.texturename);
+    heights_ = context.openData(p.texturename);
     // How far the texture may go is not known before it has been read: hence low and high.
     const float furthest = std::max(std::abs(p.low - p.middle), std::abs(p.high - p.middle));
     context.traits.displacement_bound = std::abs(p.Km) * furthest;

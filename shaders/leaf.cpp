@@ -32,7 +32,7 @@ struct Leaf {
   static constexpr uint64_t kTraits = PATINA_TRAIT_TRANSMITS;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
-    shape_ = context.openTexture(p.texturename);
+    shape_ = context.openData(p.texturename);
     reflects_ = p.Kd / std::max(p.Kd + p.Kt, 1.0f), transmits_ = p.Kt / std::max(p.Kd + p.Kt, 1.0f);
     if (p.Kd == 0 && p.Kt == 0) context.set(PATINA_TRAIT_BLACK);
     if (p.Kt == 0) context.clear(PATINA_TRAIT_TRANSMITS);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <stdexcept>
 
 #include "renderer/base/sampling.h"
@@ -19,6 +20,15 @@ void checkMoves(const ShaderInstance* displacement, const ShaderBinding& binding
   if (displacement && !displacement->active(PATINA_ENTRY_DISPLACEMENT))
     errors.report(Severity::Warning, RiError::NoShader, binding.where,
                   "Displacement \"" + binding.name + "\" moves nothing");
+}
+
+/// `shader` if it is one for Atmosphere.
+const ShaderInstance* checkAir(const ShaderInstance* shader, const ShaderBinding& binding,
+                               ErrorHandler& errors) {
+  if (!shader || shader->hasAtmosphere()) return shader;
+  errors.report(Severity::Error, RiError::NoShader, binding.where,
+                "\"" + binding.name + "\" is no shader for Atmosphere");
+  return nullptr;
 }
 
 }  // namespace
@@ -73,9 +83,12 @@ void World::loadShaders() {
   std::vector<std::string> textureFolders = splitSearchPath(settings_.texturePath, {});
   for (std::string& folder : splitSearchPath(searchPath("texture"), {}))
     textureFolders.push_back(std::move(folder));
+  const char* const ocio = std::getenv("OCIO");
+  TextureColors colors{settings_.classic, scene_.options.ocioConfig, scene_.options.ocioWhere};
+  if (colors.ocioConfig.empty() && ocio) colors.ocioConfig = ocio;
   textures_ = std::make_unique<TextureService>(
       std::move(textureFolders), scene_.options.madeTextures,
-      static_cast<size_t>(std::max(scene_.options.textureKb, 1024)) * 1024, errors_);
+      static_cast<size_t>(std::max(scene_.options.textureKb, 1024)) * 1024, errors_, std::move(colors));
   hosts_.push_back(std::make_unique<ShaderHost>(
       [this](std::string_view name) -> std::optional<M44d> {
         if (name == "camera") return scene_.camera.worldToCamera.inverse();
@@ -88,16 +101,21 @@ void World::loadShaders() {
 
   // Only shaders that something in the scene is bound to are loaded.
   std::vector<const char*> role(scene_.shaders.size(), nullptr);
-  std::vector<bool> isDisplacement(scene_.shaders.size(), false);
+  std::vector<bool> isDisplacement(scene_.shaders.size(), false), isAir(scene_.shaders.size(), false);
   for (const Attributes& attributes : scene_.attributes) {
     if (attributes.surface != kNone) role[attributes.surface] = "Surface";
     if (attributes.displacement != kNone) {
       role[attributes.displacement] = "Displacement";
       isDisplacement[attributes.displacement] = true;
     }
+    if (attributes.atmosphere != kNone) {
+      role[attributes.atmosphere] = "Atmosphere";
+      isAir[attributes.atmosphere] = true;
+    }
   }
   for (const Light& light : scene_.lights)
     if (light.shader != kNone) role[light.shader] = light.isArea ? "AreaLightSource" : "LightSource";
+  airShaders_.growTo(scene_.shaders.size() + 1);
   const ShaderBinding fallback{"defaultsurface", {}, M44d(), {}};
   for (size_t k = 0; k <= scene_.shaders.size(); ++k) {
     const bool isDefault = k == scene_.shaders.size();
@@ -105,6 +123,7 @@ void World::loadShaders() {
     std::unique_ptr<ShaderInstance> instance;
     if (isDefault || role[k]) instance = makeShader(binding, isDefault ? "Surface" : role[k], *hosts_[0]);
     if (!isDefault && isDisplacement[k]) checkMoves(instance.get(), binding, errors_);
+    airShaders_[k] = !isDefault && isAir[k] ? checkAir(instance.get(), binding, errors_) : nullptr;
     if (isDefault && !instance) throw std::runtime_error("the plugin 'defaultsurface' cannot be used");
     tried_.push_back(isDefault || role[k]);
     shaderPointers_.push_back(instance.get());
@@ -118,6 +137,7 @@ void World::begin(GeometryPart& part) {
   part.firstShader = static_cast<uint32_t>(shaders_.size());
   shaders_.resize(shaders_.size() + scene.shaders.size());
   tried_.resize(shaders_.size(), false);
+  airShaders_.growTo(shaders_.size());
   shading_->growTo(shaders_.size());
   displacement_->growTo(shaders_.size());
   if (!scene.shaders.empty()) {
@@ -134,21 +154,32 @@ void World::begin(GeometryPart& part) {
     hostOf_[&part] = hosts_.back().get();
   }
   // A shader of a scene around this one may be used by nothing else, and not be loaded yet.
-  const auto want = [&](uint32_t shader, bool isDisplacement) {
-    if (shader == kNone || tried_[part.shader(shader)]) return;
+  enum class Role { Surface, Displacement, Atmosphere };
+  const auto want = [&](uint32_t shader, Role role) {
+    if (shader == kNone) return;
+    const bool isDisplacement = role == Role::Displacement;
     const uint32_t index = part.shader(shader);
+    if (role == Role::Atmosphere && tried_[index] && !airShaders_[index] && shaders_[index] &&
+        shaders_[index]->hasAtmosphere())
+      airShaders_[index] = shaders_[index].get();
+    if (tried_[index]) return;
     const GeometryPart& owner = part.ofShader(shader);
     const ShaderBinding& binding = owner.scene->shaders[shader];
     tried_[index] = true;
-    shaders_[index] = makeShader(binding, isDisplacement ? "Displacement" : "Surface",
+    shaders_[index] = makeShader(binding,
+                                 isDisplacement             ? "Displacement"
+                                 : role == Role::Atmosphere ? "Atmosphere"
+                                                            : "Surface",
                                  owner.around ? *hostOf_.at(&owner) : *hosts_[0]);
     shading_->setShader(index, shaders_[index].get());
     displacement_->setShader(index, shaders_[index].get());
     if (isDisplacement) checkMoves(shaders_[index].get(), binding, errors_);
+    if (role == Role::Atmosphere) airShaders_[index] = checkAir(shaders_[index].get(), binding, errors_);
   };
   for (const Attributes& attributes : part.attributes) {
-    want(attributes.surface, false);
-    want(attributes.displacement, true);
+    want(attributes.surface, Role::Surface);
+    want(attributes.displacement, Role::Displacement);
+    want(attributes.atmosphere, Role::Atmosphere);
   }
 }
 
@@ -189,6 +220,7 @@ std::string World::howToReplay(const V3f& at) const {
 
 void World::summarize(ErrorHandler& errors) {
   for (const auto& host : hosts_) host->summarize(errors);
+  textures_->summarize();
 }
 
 void World::addLightLists(const GeometryPart& part) {

@@ -47,6 +47,11 @@ class World final : private GeometryListener {
   const Attributes& attributesOf(uint32_t placement) const {
     return geometry_->attributes(geometry_->placements()[placement]);
   }
+  /// The shader of a placement's Atmosphere; nullptr: it is seen through clear air. [any thread]
+  const ShaderInstance* atmosphereOf(uint32_t placement) const {
+    const uint32_t shader = attributesOf(placement).atmosphere;
+    return shader == kNone ? nullptr : airShaders_[shader];
+  }
   /// The lights that illuminate a placement.
   const LightList& lightsOf(uint32_t placement) const { return lightLists_[lightListOf_[placement]]; }
 
@@ -145,7 +150,8 @@ class World final : private GeometryListener {
   std::vector<std::unique_ptr<ShaderInstance>> shaders_;
   std::vector<const ShaderInstance*> shaderPointers_;
   std::unique_ptr<DisplacementShading> displacement_;
-  std::vector<bool> tried_;  ///< by shader: was to be loaded
+  StableVector<const ShaderInstance*> airShaders_;  ///< by shader: nullptr where it is no atmosphere
+  std::vector<bool> tried_;                         ///< by shader: was to be loaded
   std::unique_ptr<Geometry> geometry_;
   std::unique_ptr<Accel> accel_;
   std::unique_ptr<SurfaceShading> shading_;

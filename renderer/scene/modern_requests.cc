@@ -358,12 +358,6 @@ void SceneBuilder::hierarchicalSubdivisionMesh(std::string_view scheme, Ints ver
   subdivisionMesh(scheme, vertexCounts, vertices, tags, params, at);
 }
 
-void SceneBuilder::makeBump(std::string_view picture, std::string_view texture, std::string_view sWrap,
-                            std::string_view tWrap, std::string_view filter, float sWidth, float tWidth,
-                            const ParamList& params, const Location& at) {
-  makeTexture(picture, texture, sWrap, tWrap, filter, sWidth, tWidth, params, at);
-}
-
 /// Resource "name" "attributes" "operation" "save" | "restore" "subset" "all" | "transform" | "shading" ...
 void SceneBuilder::resource(Handle handle, std::string_view type, const ParamList& params,
                             const Location& at) {
@@ -386,6 +380,7 @@ void SceneBuilder::resource(Handle handle, std::string_view type, const ParamLis
     Attributes& attributes = changeAttributes();
     attributes.color = saved.attributes.color, attributes.opacity = saved.attributes.opacity;
     attributes.surface = saved.attributes.surface, attributes.displacement = saved.attributes.displacement;
+    attributes.atmosphere = saved.attributes.atmosphere;
     attributes.areaLight = saved.attributes.areaLight, attributes.lights = saved.attributes.lights;
     attributes.shadingRate = saved.attributes.shadingRate;
     state_.bxdfColor = saved.bxdfColor;

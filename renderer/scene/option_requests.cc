@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 
 #include "renderer/scene/scene_builder.h"
@@ -286,6 +287,15 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     }
     if (const std::string_view view = params.stringValue("display", ""); !view.empty())
       options_.displayView = view;
+    if (const std::string_view config = params.stringValue("ocio", ""); !config.empty()) {
+      // Beside the RIB, or else as it is.
+      const std::filesystem::path beside =
+          at.file ? std::filesystem::path(*at.file).parent_path() / config : std::filesystem::path(config);
+      std::error_code failed;
+      options_.ocioConfig =
+          std::filesystem::is_regular_file(beside, failed) ? beside.string() : std::string(config);
+      options_.ocioWhere = at;
+    }
     if (const int seed = params.intValue("seed", options_.seed); seed >= 0) {
       options_.seed = seed;
     } else {
@@ -305,7 +315,7 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     scale("finescale", options_.fineScale);
     params.reportUnread(
         errors_, "Option \"patina\"",
-        std::array<std::string_view, 5>{"mode", "display", "seed", "levelscale", "finescale"});
+        std::array<std::string_view, 6>{"mode", "display", "ocio", "seed", "levelscale", "finescale"});
   } else if (name == "points") {
     readPointOptions(params, at);
   } else if (name == "trace") {
@@ -316,17 +326,6 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
   } else if (std::ranges::find(kHintOptions, name) == std::end(kHintOptions)) {
     noEffect("Option", name, {}, at);
   }
-}
-
-void SceneBuilder::makeTexture(std::string_view picture, std::string_view texture, std::string_view,
-                               std::string_view, std::string_view, float, float, const ParamList&,
-                               const Location&) {
-  options_.madeTextures.insert_or_assign(std::string(texture), std::string(picture));
-}
-
-void SceneBuilder::makeLatLongEnvironment(std::string_view picture, std::string_view texture,
-                                          std::string_view, float, float, const ParamList&, const Location&) {
-  options_.madeTextures.insert_or_assign(std::string(texture), std::string(picture));
 }
 
 }  // namespace patina

@@ -63,6 +63,7 @@ struct Attributes {
   std::array<float, 8> textureCoordinates{0, 0, 1, 0, 0, 1, 1, 1};
   uint32_t surface = kNone;        ///< index of Scene::shaders; kNone = the default surface
   uint32_t displacement = kNone;   ///< index of Scene::shaders
+  uint32_t atmosphere = kNone;     ///< index of Scene::shaders: between the surface and who sees it
   uint32_t areaLight = kNone;      ///< index of Scene::lights: the geometry emits
   std::vector<uint32_t> lights;    ///< indices of Scene::lights that illuminate, ascending
   float shadingRate = 1;           ///< micropolygon area in pixels
@@ -338,16 +339,18 @@ struct Options {
   std::string mode;  ///< Option "patina" "mode" or Hider's integrationmode; "" = not said
   std::optional<int> minSamples, maxSamples;  ///< Hider "raytrace"
   std::optional<std::string> displayView;     ///< Option "patina" "display"
-  int seed = 0;                               ///< Option "patina" "seed": of random numbers; not negative
-  float levelScale = 0.35f;                   ///< Option "patina" "levelscale": see RadiosityEngine::Settings
-  float fineScale = 2;                        ///< likewise, "finescale"
-  PointOptions points;                        ///< Option "points"
-  std::optional<Rgb> background;              ///< Imager "background"
-  int radiosityCacheKb = 262144;              ///< Option "limits" "radiositycachememory"
+  std::string ocioConfig;  ///< Option "patina" "ocio": path, of texture files' colour spaces; "" = not said
+  Location ocioWhere;
+  int seed = 0;                   ///< Option "patina" "seed": of random numbers; not negative
+  float levelScale = 0.35f;       ///< Option "patina" "levelscale": see RadiosityEngine::Settings
+  float fineScale = 2;            ///< likewise, "finescale"
+  PointOptions points;            ///< Option "points"
+  std::optional<Rgb> background;  ///< Imager "background"
+  int radiosityCacheKb = 262144;  ///< Option "limits" "radiositycachememory"
   int opacityCacheKb = 262144, geometryCacheKb = 262144, textureKb = 262144;
   std::array<int, 2> bucketSize{16, 16};
   std::map<std::string, std::string>
-      madeTextures;  ///< MakeTexture, MakeLatLongEnvironment: texture name to picture
+      madeTextures;  ///< of Make requests: texture name to the file that was made, or to its picture
   std::map<std::string, std::string> searchPaths;  ///< "shader", "texture", "archive", ... RI path syntax
   bool statistics = false;                         ///< Option "statistics" "endofframe"
   bool incremental = false;                        ///< Hider "raytrace": a coarse picture first

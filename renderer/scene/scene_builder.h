@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "renderer/scene/graphics_state.h"
+#include "renderer/scene/make_request.h"
 #include "renderer/scene/run_program.h"
 #include "renderer/scene/scene.h"
 #include "rib/archives.h"
@@ -32,6 +33,9 @@ struct SceneBuilderSettings {
   bool allowPrograms = false;       ///< Procedural "RunProgram" starts other people's code
   size_t programRuns = 10'000;      ///< in all: their output may ask for more of them
   ProgramLimits program{};          ///< of each run
+  /// Carries out a Make request when it is met and returns the file that was made, "" = none, which has been
+  /// reported. Empty: nothing is made. Where nothing is, the texture's name stands for its picture.
+  std::function<std::string(const MakeRequest&)> makeTexture;
 };
 
 /// Reads RIB and calls back at each WorldEnd. Options, and attributes set outside of worlds, hold on to the
@@ -133,15 +137,13 @@ class SceneBuilder final : public RibHandler {
                        const Location& at) override;
   void illuminate(Handle light, bool on, const Location& at) override;
   void surface(std::string_view name, const ParamList& params, const Location& at) override;
+  void atmosphere(std::string_view name, const ParamList& params, const Location& at) override;
   void displacement(std::string_view name, const ParamList& params, const Location& at) override;
   void bxdf(std::string_view name, Handle handle, const ParamList& params, const Location& at) override;
   void camera(std::string_view name, const ParamList& params, const Location& at) override;
   void hierarchicalSubdivisionMesh(std::string_view scheme, Ints vertexCounts, Ints vertices,
                                    const SubdivisionTags& tags, const ParamList& params,
                                    const Location& at) override;
-  void makeBump(std::string_view picture, std::string_view texture, std::string_view sWrap,
-                std::string_view tWrap, std::string_view filter, float sWidth, float tWidth,
-                const ParamList& params, const Location& at) override;
   void resource(Handle handle, std::string_view type, const ParamList& params, const Location& at) override;
   void pattern(std::string_view name, Handle handle, const ParamList& params, const Location& at) override;
   void light(std::string_view name, Handle handle, const ParamList& params, const Location& at) override;
@@ -159,14 +161,22 @@ class SceneBuilder final : public RibHandler {
   void scopedCoordinateSystem(std::string_view name, const Location& at) override;
   void coordSysTransform(std::string_view name, const Location& at) override;
 
-  // Textures are tiled and filtered in memory: what a Make request would write stands for its picture
-  // (option_requests.cc)
+  // Textures (make_requests.cc)
   void makeTexture(std::string_view picture, std::string_view texture, std::string_view sWrap,
                    std::string_view tWrap, std::string_view filter, float sWidth, float tWidth,
                    const ParamList& params, const Location& at) override;
+  void makeBump(std::string_view picture, std::string_view texture, std::string_view sWrap,
+                std::string_view tWrap, std::string_view filter, float sWidth, float tWidth,
+                const ParamList& params, const Location& at) override;
   void makeLatLongEnvironment(std::string_view picture, std::string_view texture, std::string_view filter,
                               float sWidth, float tWidth, const ParamList& params,
                               const Location& at) override;
+  void makeCubeFaceEnvironment(const std::array<std::string_view, 6>& pictures, std::string_view texture,
+                               float fov, std::string_view filter, float sWidth, float tWidth,
+                               const ParamList& params, const Location& at) override;
+  void makeShadow(std::string_view picture, std::string_view texture, const ParamList& params,
+                  const Location& at) override;
+  void make(MakeRequest request, const ParamList& params, const Location& at);
 
   // Primitives (primitive_requests.cc, quadric_requests.cc, curve_requests.cc, nurbs_requests.cc,
   // points_requests.cc, blobby_requests.cc)

@@ -100,6 +100,12 @@ void SceneBuilder::displacement(std::string_view name, const ParamList& params, 
   changeAttributes().displacement = shader;
 }
 
+void SceneBuilder::atmosphere(std::string_view name, const ParamList& params, const Location& at) {
+  const bool none = name.empty() || name == "null";
+  const uint32_t shader = none ? kNone : addShader(name, params, at);
+  changeAttributes().atmosphere = shader;
+}
+
 // ---- Lights -----------------------------------------------------------------------------------------------
 
 uint32_t SceneBuilder::addLight(std::string_view name, Handle handle, bool isArea, const ParamList& params,

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "renderer/shading/plugin_file.h"
 #include "renderer/shading/shader_argument.h"
@@ -101,7 +102,23 @@ struct ShaderInstance::Services {
     return TextureService::size(texture, width, height, channels);
   }
 
-  static const void* extension(void*, const char*) { return nullptr; }
+  static PatinaTexture* openData(void* host, const char* name) {
+    ShaderInstance& s = self(host);
+    TextureService* textures = s.host_.textures();
+    return textures && name && *name ? textures->open(name, s.where_, TextureService::kData) : nullptr;
+  }
+
+  static void setAtmosphere(void* host, PatinaAtmosphereFunction function) {
+    self(host).atmosphere_ = function;
+  }
+
+  static const void* extension(void*, const char* id) {
+    static constexpr PatinaDataTextures kDataTextures = {sizeof(PatinaDataTextures), 0, openData};
+    static constexpr PatinaAtmospheres kAtmospheres = {sizeof(PatinaAtmospheres), 0, setAtmosphere};
+    if (std::strcmp(id, PATINA_EXTENSION_ATMOSPHERE) == 0) return &kAtmospheres;
+    if (std::strcmp(id, PATINA_EXTENSION_DATA_TEXTURES) == 0) return &kDataTextures;
+    return nullptr;
+  }
 };
 
 ShaderInstance::ShaderInstance(const PatinaShader& shader, const ShaderBinding& binding, ShaderHost& host)

@@ -63,6 +63,12 @@ class ShaderInstance {
     return shader_.view(data_, &in, &out);
   }
 
+  /// Of a shader for Atmosphere: see PATINA_EXTENSION_ATMOSPHERE.
+  bool hasAtmosphere() const { return atmosphere_ != nullptr; }
+  PatinaStatus atmosphere(const PatinaAtmosphereIn& in, PatinaAtmosphereOut& out) const {
+    return atmosphere_(data_, &in, &out);
+  }
+
   /// Counts points whose results cannot be used: see ShaderHost::fault(). [any thread]
   void fault(ShaderHost::Fault fault, uint64_t points, const V3f& at,
              const std::function<std::string()>& describe) const {
@@ -95,6 +101,7 @@ class ShaderInstance {
   std::vector<VaryingParameter> varying_;
 
   PatinaTraits traits_{};
+  PatinaAtmosphereFunction atmosphere_ = nullptr;
   void* data_ = nullptr;
   bool prepared_ = false;
 };

@@ -3,31 +3,19 @@
 // coordinates.
 #include "renderer/shading/texture_service.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 #include <utility>
 
 #include "renderer/base/statistics.h"
-#include "renderer/shading/plugin_loader.h"
+#include "renderer/shading/texture_file.h"
+#include "renderer/shading/texture_loader.h"
 #include "renderer/shading/texture_module.h"
-
-/// An open texture. Immutable.
-struct PatinaTexture {
-  const PatinaTextureModule* module;
-  void* system;
-  void* handle;
-  uint32_t width, height, channels;
-  std::string name;
-  patina::Location where;
-  patina::ErrorHandler* errors;
-};
 
 namespace patina {
 namespace {
@@ -35,61 +23,33 @@ namespace {
 STAT_COUNTER("Textures/texture systems started", systemsStarted);
 STAT_COUNTER("Textures/files opened", texturesOpened);
 STAT_COUNTER("Textures/files missing", texturesMissing);
-STAT_COUNTER("Textures/look-ups", textureLookups);
 
 constexpr float kPi = std::numbers::pi_v<float>;
-
-// Suffixes of other renderers' texture files, and of the pictures that such files are made from.
-constexpr std::string_view kMade[] = {".tx", ".tex", ".txr", ".tdl", ".ptx"};
-constexpr std::string_view kSources[] = {".tif", ".tiff", ".exr", ".png", ".jpg", ".hdr"};
 
 bool isFile(const std::string& path) {
   std::error_code failed;
   return std::filesystem::is_regular_file(path, failed);
 }
 
-// Where a texture of that name may be, best first.
-std::vector<std::string> candidatesOf(std::string_view name, const std::vector<std::string>& folders) {
-  std::vector<std::string> names{std::string(name)};
-  for (const std::string_view made : kMade)
-    if (name.ends_with(made)) {
-      names.emplace_back(name.substr(0, name.size() - made.size()));  // "wood.tif.tx"
-      for (const std::string_view source : kSources) names.push_back(names[1] + std::string(source));
-    }
-  std::vector<std::string> paths;
-  for (const std::string& file : names) {
-    const size_t slash = file.find_last_of("/\\");
-    if (!file.starts_with('/'))
-      for (const std::string& folder : folders) paths.push_back(folder + '/' + file);
-    paths.push_back(file);
-    if (slash != std::string::npos)
-      for (const std::string& folder : folders) paths.push_back(folder + '/' + file.substr(slash + 1));
-  }
-  return paths;
+void fillWithOne(uint32_t count, PatinaOut3 color, float* alpha) {
+  for (float* plane : {color.x, color.y, color.z, alpha})
+    if (plane) std::fill(plane, plane + count, 1.0f);
 }
 
-PatinaStatus lookUp(PatinaTexture* texture, uint32_t count, const PatinaTextureLookup& in, PatinaOut3 color,
-                    float* alpha) {
-  if (!texture) {
-    for (float* plane : {color.x, color.y, color.z, alpha})
-      if (plane) std::fill(plane, plane + count, 1.0f);
-    return PATINA_OK;
-  }
-  textureLookups += count;
-  std::array<char, 512> error{};
-  if (texture->module->lookup(texture->system, texture->handle, texture->channels, count, &in, color, alpha,
-                              error.data(), error.size()))
-    return PATINA_OK;
-  texture->errors->reportOnce(Severity::Error, RiError::BadFile, texture->where, "texture " + texture->name,
-                              fmt::format("texture \"{}\" cannot be read: {}", texture->name, error.data()));
-  return PATINA_ERROR_RESOURCE;
+/// Has to do with more than one file: a name with <UDIM>, <u>, %(UDIM)d ...
+bool mayBePattern(std::string_view name) {
+  return name.find('<') != std::string_view::npos || name.find("%(") != std::string_view::npos;
 }
 
 }  // namespace
 
 TextureService::TextureService(std::vector<std::string> folders, std::map<std::string, std::string> made,
-                               size_t budget, ErrorHandler& errors)
-    : folders_(std::move(folders)), made_(std::move(made)), budget_(budget), errors_(errors) {}
+                               size_t budget, ErrorHandler& errors, TextureColors colors)
+    : folders_(std::move(folders)),
+      made_(std::move(made)),
+      budget_(budget),
+      errors_(errors),
+      colors_(std::move(colors)) {}
 
 TextureService::~TextureService() {
   if (system_) module_->destroy(system_);
@@ -97,55 +57,94 @@ TextureService::~TextureService() {
 
 void TextureService::loadModule(const Location& where) {
   if (std::exchange(triedModule_, true)) return;
-  std::vector<std::string> folders;
-  if (const char* variable = std::getenv("PATINA_MODULE_PATH")) folders = splitSearchPath(variable, {});
-  for (std::string& folder : installFolders("modules")) folders.push_back(std::move(folder));
   std::string tried;
-  for (const std::string& folder : folders) {
-    const std::string path = folder + "/patina_texture.so";
-    void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    const char* reason = library ? nullptr : dlerror();
-    const auto* module =
-        library ? static_cast<const PatinaTextureModule*>(dlsym(library, PATINA_TEXTURE_MODULE_SYMBOL))
-                : nullptr;
-    if (module && module->version == PATINA_TEXTURE_MODULE_VERSION && (system_ = module->create(budget_))) {
-      module_ = module;
-      ++systemsStarted;
-      return;
-    }
-    tried += fmt::format("\n  {}: {}", path, reason ? reason : "not a texture module of this version");
+  const PatinaTextureModule* const module = loadTextureModule(tried);
+  if (module) {
+    const std::string config = colors_.asInFile ? std::string() : colors_.ocioConfig;
+    std::array<char, 1024> error{};
+    system_ = module->create(budget_, config.c_str(), error.data(), error.size());
+    if (system_) module_ = module, ++systemsStarted;
+    if (error[0])
+      errors_.report(Severity::Error, RiError::BadFile, colors_.where,
+                     fmt::format("OpenColorIO configuration {} cannot be used: {}", config, error.data()));
+    if (module_) return;
+    tried = "\n  OpenImageIO gives no texture system";
   }
   errors_.report(Severity::Error, RiError::System, where,
                  "textures cannot be read: no texture module; tried:" + tried);
 }
 
-std::unique_ptr<PatinaTexture> TextureService::find(std::string_view name, const Location& where) {
+/// Fills `texture` with the files of `pattern`; false, and a reason: there are none that can be read.
+bool TextureService::openTiles(PatinaTexture& texture, const std::string& pattern, Values values,
+                               std::string& error) {
+  struct Found {
+    uint32_t column, row;
+    std::string path;
+  };
+  std::vector<Found> found;
+  std::array<char, 512> reason{};
+  const auto sink = [](void* to, uint32_t column, uint32_t row, const char* path) {
+    static_cast<std::vector<Found>*>(to)->push_back({column, row, path});
+  };
+  if (!module_->tiles(system_, pattern.c_str(), sink, &found, reason.data(), reason.size())) {
+    error = reason.data();
+    return false;
+  }
+  for (const Found& tile : found) {
+    texture.columns = std::max(texture.columns, tile.column + 1);
+    texture.rows = std::max(texture.rows, tile.row + 1);
+  }
+  texture.tiles.resize(size_t(texture.columns) * texture.rows);
+  bool any = false;
+  for (const Found& tile : found) {
+    PatinaTextureInfo& info = texture.tiles[size_t(tile.row) * texture.columns + tile.column];
+    if (module_->open(system_, tile.path.c_str(), values == kData || colors_.asInFile, &info, reason.data(),
+                      reason.size())) {
+      if (!std::exchange(any, true)) texture.file = info;
+      ++texturesOpened;
+    } else {
+      errors_.report(Severity::Error, RiError::BadFile, texture.where,
+                     fmt::format("tile {} of texture \"{}\" cannot be read: {}", tile.path, texture.name,
+                                 reason.data()));
+    }
+  }
+  if (!any) error = "no such files";
+  return any;
+}
+
+std::unique_ptr<PatinaTexture> TextureService::find(std::string_view name, const Location& where,
+                                                    Values values) {
   std::string tried;
   std::vector<std::string> folders = folders_;
   if (where.file) folders.push_back(std::filesystem::path(*where.file).parent_path().string());
   if (folders.size() > folders_.size() && folders.back().empty()) folders.pop_back();
-  std::vector<std::string> candidates = candidatesOf(name, folders);
+  std::vector<std::string> candidates = textureCandidates(name, folders);
   if (const auto made = made_.find(std::string(name)); made != made_.end()) {
-    const std::vector<std::string> pictures = candidatesOf(made->second, folders);
+    const std::vector<std::string> pictures = textureCandidates(made->second, folders);
     candidates.insert(candidates.begin(), pictures.begin(), pictures.end());
   }
   for (const std::string& path : candidates) {
-    if (!isFile(path)) {
+    const bool isOne = isFile(path);
+    if (!isOne && !mayBePattern(path)) {
       tried += fmt::format("\n  {}: no such file", path);
       continue;
     }
     loadModule(where);
     if (!module_) return nullptr;
-    std::array<char, 512> error{};
     auto texture = std::make_unique<PatinaTexture>();
     texture->module = module_;
     texture->system = system_;
-    texture->handle = module_->open(system_, path.c_str(), &texture->width, &texture->height,
-                                    &texture->channels, error.data(), error.size());
     texture->name = name;
     texture->where = where;
-    texture->errors = &errors_;
-    if (texture->handle) {
+    if (!isOne) {
+      std::string error;
+      if (openTiles(*texture, path, values, error)) return texture;
+      tried += fmt::format("\n  {}: {}", path, error);
+      continue;
+    }
+    std::array<char, 512> error{};
+    if (module_->open(system_, path.c_str(), values == kData || colors_.asInFile, &texture->file,
+                      error.data(), error.size())) {
       ++texturesOpened;
       return texture;
     }
@@ -157,22 +156,65 @@ std::unique_ptr<PatinaTexture> TextureService::find(std::string_view name, const
   return nullptr;
 }
 
-PatinaTexture* TextureService::open(std::string_view name, const Location& where) {
+PatinaTexture* TextureService::open(std::string_view name, const Location& where, Values values) {
   const std::lock_guard lock(mutex_);
-  auto known = textures_.find(name);
-  if (known == textures_.end()) known = textures_.emplace(std::string(name), find(name, where)).first;
+  const std::pair key(std::string(name), values);
+  auto known = textures_.find(key);
+  if (known == textures_.end()) {
+    const auto twin = textures_.find({key.first, values == kColors ? kData : kColors});
+    const bool isMissing = twin != textures_.end() && !twin->second;  // which has been reported
+    known = textures_.emplace(key, isMissing ? nullptr : find(name, where, values)).first;
+  }
   return known->second.get();
+}
+
+void TextureService::summarize() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, texture] : textures_) {
+    if (!texture) continue;
+    const std::scoped_lock counts(texture->mutex);
+    if (const uint64_t failed = texture->failed.exchange(0))
+      errors_.report(Severity::Error, RiError::BadFile, texture->where,
+                     fmt::format("texture \"{}\" cannot be read, {} look-ups read 1: {}", texture->name,
+                                 failed, texture->reason));
+    if (texture->missing.empty()) continue;
+    std::string places;
+    uint64_t count = std::exchange(texture->missingElsewhere, 0);
+    if (count) places = fmt::format(", elsewhere ({})", count);
+    constexpr size_t kMostNamed = 8;
+    size_t named = 0;
+    for (const auto& [place, lookups] : texture->missing) {
+      if (++named <= kMostNamed)
+        places += fmt::format(", column {} row {} ({})", place.first, place.second, lookups);
+      count += lookups;
+    }
+    if (named > kMostNamed) places += fmt::format(" and {} more", named - kMostNamed);
+    errors_.report(Severity::Error, RiError::NoFile, texture->where,
+                   fmt::format("texture \"{}\" lacks tiles, {} look-ups read 1: {}", texture->name, count,
+                               places.substr(2)));
+    texture->missing.clear();
+  }
 }
 
 uint64_t TextureService::cachedBytes() const { return module_ ? module_->bytes(system_) : 0; }
 
 PatinaStatus TextureService::texture(PatinaTexture* texture, uint32_t count, PatinaPlane s, PatinaPlane t,
                                      PatinaPlane width, PatinaOut3 color, float* alpha) {
-  return lookUp(texture, count, {s, t, width, width, 1}, color, alpha);
+  if (!texture) {
+    fillWithOne(count, color, alpha);
+    return PATINA_OK;
+  }
+  if (!texture->tiles.empty()) return lookUpTiles(*texture, count, s, t, width, color, alpha);
+  return lookUpFile(*texture, texture->file, count, {s, t, width, width, PATINA_WRAP_FILE, PATINA_WRAP_FILE},
+                    color, alpha);
 }
 
 PatinaStatus TextureService::environment(PatinaTexture* texture, uint32_t count, PatinaPlane3 direction,
                                          PatinaPlane width, PatinaOut3 color) {
+  if (!texture) {
+    fillWithOne(count, color, nullptr);
+    return PATINA_OK;
+  }
   PatinaStatus status = PATINA_OK;
   for (uint32_t start = 0; start < count; start += PATINA_LANES) {
     float s[PATINA_LANES], t[PATINA_LANES], widthS[PATINA_LANES], widthT[PATINA_LANES];
@@ -188,9 +230,10 @@ PatinaStatus TextureService::environment(PatinaTexture* texture, uint32_t count,
       widthT[i] = at(width) / kPi;
     }
     const auto varying = [](const float* data) { return PatinaPlane{data, 1, 0}; };
-    const PatinaStatus result =
-        lookUp(texture, lanes, {varying(s), varying(t), varying(widthS), varying(widthT), 0},
-               {color.x + start, color.y + start, color.z + start}, nullptr);
+    const PatinaStatus result = lookUpFile(
+        *texture, texture->file, lanes,
+        {varying(s), varying(t), varying(widthS), varying(widthT), PATINA_WRAP_PERIODIC, PATINA_WRAP_CLAMP},
+        {color.x + start, color.y + start, color.z + start}, nullptr);
     if (result != PATINA_OK) status = result;
   }
   return status;
@@ -198,9 +241,9 @@ PatinaStatus TextureService::environment(PatinaTexture* texture, uint32_t count,
 
 PatinaStatus TextureService::size(const PatinaTexture* texture, uint32_t* width, uint32_t* height,
                                   uint32_t* channels) {
-  if (width) *width = texture ? texture->width : 1;
-  if (height) *height = texture ? texture->height : 1;
-  if (channels) *channels = texture ? texture->channels : 1;
+  if (width) *width = texture ? texture->file.width : 1;
+  if (height) *height = texture ? texture->file.height : 1;
+  if (channels) *channels = texture ? texture->file.channels : 1;
   return texture ? PATINA_OK : PATINA_ERROR_RESOURCE;
 }
 

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "patina/shader.h"
@@ -18,21 +19,35 @@ struct PatinaTextureModule;
 
 namespace patina {
 
-/// One per frame. Classic RI rules: values are used as the file has them, t = 0 is the top row. [any thread]
+/// What becomes of the colours of texture files, which shaders are given as linear Rec.709; the rule is in
+/// texture_color_module.h.
+struct TextureColors {
+  /// RI 3.2's letter: values are used as the file has them.
+  bool asInFile = false;
+  /// Path of an OpenColorIO configuration, "" = none. One that cannot be read is reported with `where`.
+  std::string ocioConfig;
+  Location where;
+};
+
+/// One per frame. t = 0 is the top row. [any thread]
 class TextureService {
  public:
   /// `folders` are searched in their order, then the folder of the RIB that names it, then the name as it is.
   /// `budget` in bytes bounds the cache. `made` gives the pictures that names of MakeTexture requests stand
   /// for.
   TextureService(std::vector<std::string> folders, std::map<std::string, std::string> made, size_t budget,
-                 ErrorHandler& errors);
+                 ErrorHandler& errors, TextureColors colors = {});
   ~TextureService();
   TextureService(const TextureService&) = delete;
   TextureService& operator=(const TextureService&) = delete;
 
+  enum Values { kColors, kData };  ///< data, as heights, are never converted
   /// nullptr: there is none, which is reported once per name with every path tried. The texture lives as long
-  /// as the service.
-  PatinaTexture* open(std::string_view name, const Location& where);
+  /// as the service. A name with <UDIM> or another of OpenImageIO's patterns is a set of tiles.
+  PatinaTexture* open(std::string_view name, const Location& where, Values values = kColors);
+
+  /// Reports, once per texture and with their count, look-ups that failed or found no tile. [main]
+  void summarize();
 
   bool loaded() const { return module_ != nullptr; }  ///< OpenImageIO has been started
   uint64_t cachedBytes() const;
@@ -47,17 +62,19 @@ class TextureService {
 
  private:
   void loadModule(const Location& where);
-  std::unique_ptr<PatinaTexture> find(std::string_view name, const Location& where);
+  std::unique_ptr<PatinaTexture> find(std::string_view name, const Location& where, Values values);
+  bool openTiles(PatinaTexture& texture, const std::string& pattern, Values values, std::string& error);
 
   std::vector<std::string> folders_;
   std::map<std::string, std::string> made_;
   size_t budget_;
   ErrorHandler& errors_;
+  TextureColors colors_;
   std::mutex mutex_;
   bool triedModule_ = false;
   const PatinaTextureModule* module_ = nullptr;  // stays loaded until the process ends
   void* system_ = nullptr;
-  std::map<std::string, std::unique_ptr<PatinaTexture>, std::less<>> textures_;  // null: not found
+  std::map<std::pair<std::string, Values>, std::unique_ptr<PatinaTexture>> textures_;  // null: not found
 };
 
 }  // namespace patina

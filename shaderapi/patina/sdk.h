@@ -11,6 +11,7 @@
 //   Displaced displacement(const Parameters&, const Surface<kP | kN>&) const;
 //   LightSample sample(const Parameters&, const LightQuery&) const;      LightSample evaluate(... the same
 //   ...) const; Color emit(const Parameters&, const LightQuery&) const;
+//   Air atmosphere(const Parameters&, const AirQuery&) const;             RI's Atmosphere
 // An entry point without kernels is never called. Further, all optional:
 //   PatinaStatus prepare(const Parameters&, Prepare&);   once per binding; may compute members and refine the
 //   traits static constexpr uint64_t kTraits                    PATINA_TRAIT_ flags that hold for every
@@ -82,6 +83,14 @@ class Prepare {
   PatinaTexture* openTexture(const char* name) const {
     return name && *name ? host.open_texture(host.host, name) : nullptr;
   }
+  /// The same for values that are no colours, as heights or weights: they come as they are in the file, where
+  /// openTexture() gives linear Rec.709 whatever the file's colour space is.
+  PatinaTexture* openData(const char* name) const {
+    if (!name || !*name) return nullptr;
+    const auto* data =
+        static_cast<const PatinaDataTextures*>(host.extension(host.host, PATINA_EXTENSION_DATA_TEXTURES));
+    return data ? data->open(host.host, name) : openTexture(name);
+  }
   void report(PatinaReport severity, int32_t code, const char* message) const {
     host.report(host.host, severity, code, message);
   }
@@ -103,6 +112,16 @@ class Prepare {
   const PatinaPrepare& in_;
 };
 
+/// A segment of a ray on its way from the eye: see PatinaAtmosphereIn.
+struct AirQuery {
+  float length;                ///< world units
+  float depthAtOrigin, depth;  ///< RI's depth() at both ends; the eye's is -PATINA_INFINITE_DISTANCE
+};
+/// What is seen over the segment: transmittance * Ci + radiance.
+struct Air {
+  Color transmittance = 1, radiance = 0;
+};
+
 namespace detail {
 
 /// The C side of shader class S: the ABI's functions and its descriptor.
@@ -115,6 +134,7 @@ struct Plugin {
   static constexpr bool kHasSample = requires { &S::sample; };
   static constexpr bool kHasEvaluate = requires { &S::evaluate; };
   static constexpr bool kHasEmit = requires { &S::emit; };
+  static constexpr bool kHasAtmosphere = requires { &S::atmosphere; };
 
   template <class K>
   static constexpr uint64_t reads() {
@@ -184,7 +204,27 @@ struct Plugin {
         const PatinaStatus status = made->shader.prepare(made->parameters, context);
         if (status != PATINA_OK) return status;
       }
+      if constexpr (kHasAtmosphere) {
+        const auto* air = static_cast<const PatinaAtmospheres*>(
+            in->host->extension(in->host->host, PATINA_EXTENSION_ATMOSPHERE));
+        if (air) air->set(in->host->host, atmosphere);
+      }
       *instance = made.release();
+      return PATINA_OK;
+    });
+  }
+  static PatinaStatus atmosphere(void* instance, const PatinaAtmosphereIn* in, PatinaAtmosphereOut* out) {
+    return guarded([&] {
+      if constexpr (kHasAtmosphere) {
+        const auto at = [](const PatinaPlane& plane, uint32_t i) { return plane.data[i * plane.stride]; };
+        for (uint32_t i = 0; i < in->count; ++i) {
+          const Air air = self(instance).shader.atmosphere(
+              self(instance).parameters, {at(in->length, i), at(in->depth_origin, i), at(in->depth, i)});
+          const Color &t = air.transmittance, &r = air.radiance;
+          out->transmittance.x[i] = t.r, out->transmittance.y[i] = t.g, out->transmittance.z[i] = t.b;
+          out->radiance.x[i] = r.r, out->radiance.y[i] = r.g, out->radiance.z[i] = r.b;
+        }
+      }
       return PATINA_OK;
     });
   }

@@ -247,10 +247,11 @@ typedef struct PatinaHost {
     /* [main] The matrix (row vectors: p' = p M) from coordinate system `from` to `to`: "world", "camera", "shader",
      * "object" or a name given by CoordinateSystem. 0 = not known, and the identity. */
     int32_t (*transform)(void *host, const char *from, const char *to, float matrix[16]);
-    /* [main] Opens a texture by its search-path name. NULL = not found, which has been reported. */
+    /* [main] Opens a texture of colours by its search-path name: they arrive as linear Rec.709. A name with <UDIM> is a
+     * set of tiles. NULL = not found, which has been reported. Textures of data: PATINA_EXTENSION_DATA_TEXTURES. */
     PatinaTexture *(*open_texture)(void *host, const char *name);
-    /* [any] Filtered look-up: `width` in s, t units, t = 0 is the top row; s and t wrap around. `alpha` may be NULL. A
-     * NULL texture reads 1. Missing channels of the file repeat its first (grey) or read 1 (alpha). */
+    /* [any] Filtered look-up: `width` in s, t units, t = 0 is the top row; s and t wrap around unless the file was made
+     * otherwise (MakeTexture), or choose a tile of a set. `alpha` may be NULL. A NULL texture reads 1. Missing channels of the file repeat its first (grey) or read 1 (alpha). */
     PatinaStatus (*texture)(void *host, PatinaTexture *texture, uint32_t count, PatinaPlane s, PatinaPlane t,
                             PatinaPlane width, PatinaOut3 color, float *alpha);
     /* [any] Look-up by direction (any length but zero) in a latitude-longitude picture. As in RI, +z is up and longitude
@@ -346,6 +347,52 @@ typedef struct PatinaShader {
 
 /* A plugin defines this: { &first, &second, ..., NULL }. */
 extern PATINA_EXPORT const PatinaShader *const patina_shaders_v1[];
+
+/* ---- Extension: textures of data ------------------------------------------------------------------------------- */
+
+/* Heights, weights, normals ...: values that are no colours and are never converted from a colour space. */
+#define PATINA_EXTENSION_DATA_TEXTURES "patina.data_textures.1"
+typedef struct PatinaDataTextures {
+    uint32_t struct_size;
+    uint32_t reserved;
+    /* [main] As PatinaHost.open_texture, whose first argument it takes; the texture is looked up in the same way. */
+    PatinaTexture *(*open)(void *host, const char *name);
+} PatinaDataTextures;
+
+/* ---- Extension: atmosphere ------------------------------------------------------------------------------------- */
+
+/* What lies between the eye and the surfaces that it sees: RI's Atmosphere. Such a shader hands its function to the host in
+ * `prepare`; its other entry points are not called. Every surface seen has one segment of the ray, which begins at
+ * the eye or at the surface before, through which the eye saw it. What is seen over a segment is
+ *     Ci' = transmittance * Ci + radiance,  Oi' = 1 - transmittance * (1 - Oi)
+ * so that RI's mix(Ci, background, d) is transmittance 1 - d with radiance d * background. */
+#define PATINA_EXTENSION_ATMOSPHERE "patina.atmosphere.1"
+typedef struct PatinaAtmosphereIn {
+    uint32_t struct_size;
+    uint32_t count;
+    uint32_t padded;
+    uint32_t reserved;
+    PatinaPlane3 origin;      /* of the segment */
+    PatinaPlane3 direction;   /* unit, away from the eye */
+    PatinaPlane length;       /* world units */
+    PatinaPlane depth_origin; /* RI's depth() where the segment begins: 0 at the near clipping plane, 1 at the far one;
+                                 -PATINA_INFINITE_DISTANCE at the eye */
+    PatinaPlane depth;        /* and where it ends */
+} PatinaAtmosphereIn;
+typedef struct PatinaAtmosphereOut {
+    uint32_t struct_size;
+    uint32_t reserved;
+    PatinaOut3 transmittance; /* in [0,1]; one before the call */
+    PatinaOut3 radiance;      /* added; zero before the call */
+} PatinaAtmosphereOut;
+typedef PatinaStatus (*PatinaAtmosphereFunction)(void *instance, const PatinaAtmosphereIn *in, PatinaAtmosphereOut *out);
+typedef struct PatinaAtmospheres {
+    uint32_t struct_size;
+    uint32_t reserved;
+    /* [main] In `prepare` alone: `function` [any] is to be called, with the instance that `prepare` writes. `host` as
+     * PatinaHost.host. */
+    void (*set)(void *host, PatinaAtmosphereFunction function);
+} PatinaAtmospheres;
 
 #ifdef __cplusplus
 }

@@ -208,11 +208,11 @@ TEST(Primitives, OutsideOfTheWorldTheyAreAnError) {
 
 TEST(Primitives, WhatIsNotCarriedOutIsCounted) {
   const Built built =
-      inWorld("Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]\nAtmosphere \"fog\"\nAtmosphere \"fog\"");
+      inWorld("Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]\nInterior \"fog\"\nInterior \"fog\"");
   EXPECT_THAT(built.messages,
               testing::UnorderedElementsAre(
                   "t.rib:2:1: warning: unimplemented: request Volume is not carried out yet (once)",
-                  "t.rib:3:1: warning: unimplemented: request Atmosphere is not carried out yet (2 times)"));
+                  "t.rib:3:1: warning: unimplemented: request Interior is not carried out yet (2 times)"));
 }
 
 TEST(Primitives, TheTeapotIsClosedAroundItsAxisAndFacesOut) {

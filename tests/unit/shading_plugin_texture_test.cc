@@ -19,6 +19,8 @@ namespace patina::test {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
+/// Colour spaces are the matter of another test.
+const TextureColors kAsInFile{true, {}, {}};
 
 class TextureTest : public testing::Test {
  protected:
@@ -27,7 +29,7 @@ class TextureTest : public testing::Test {
     folder_ = mkdtemp(name.data());
     textures_ = std::make_unique<TextureService>(std::vector<std::string>{folder_},
                                                  std::map<std::string, std::string>{{"made.txt", "ramp.ppm"}},
-                                                 size_t(64) << 20, errors_);
+                                                 size_t(64) << 20, errors_, kAsInFile);
   }
   ~TextureTest() override {
     textures_.reset();
@@ -78,8 +80,9 @@ TEST_F(TextureTest, SystemsFollowEachOtherWhileThreadsLive) {
   });
   for (int k = 0; k < kSystems; ++k) {
     writePicture("changing.ppm", 2 + k, 2, [&](int, int) { return std::array<int, 3>{20 * k, 255 - k, 7}; });
-    textures_ = std::make_unique<TextureService>(
-        std::vector<std::string>{folder_}, std::map<std::string, std::string>{}, size_t(64) << 20, errors_);
+    textures_ = std::make_unique<TextureService>(std::vector<std::string>{folder_},
+                                                 std::map<std::string, std::string>{}, size_t(64) << 20,
+                                                 errors_, kAsInFile);
     texture = textures_->open("changing.ppm", {});
     turn.arrive_and_wait();
     turn.arrive_and_wait();

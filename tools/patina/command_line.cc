@@ -100,6 +100,8 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       app.add_flag("--progressive,!--no-progressive", progressive,
                    "A coarse picture of the whole first, then finer ones; without: as the RIB's Hider says");
   app.add_flag("--progress", line.progressLines, "Print progress as lines \"R90000 <percent>\"");
+  app.add_flag("--allow-texture-paths", line.allowTexturePaths,
+               "Let RIBs write textures (MakeTexture ...) outside of the working folder");
   app.add_flag("--allow-programs", line.allowPrograms, "Let RIBs start programs (Procedural \"RunProgram\")");
   app.add_flag("--validate-shaders", line.validateShaders,
                "Check what shaders give while rendering: energy, traits, bounds, channels, one point alone");

@@ -29,6 +29,7 @@ struct CommandLine {
   bool strict = false;
   bool allowPrograms = false;
   bool validateShaders = false;
+  bool allowTexturePaths = false;
   bool requests = false;  ///< the table of requests is printed and that is all
   bool check = false;     ///< parse and validate only
 };

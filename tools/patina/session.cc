@@ -7,12 +7,14 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 
 #include "renderer/film/scene_film.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene_builder.h"
 #include "renderer/shading/shader_validation.h"
+#include "renderer/shading/texture_maker.h"
 #include "tools/patina/progress.h"
 
 namespace patina {
@@ -62,6 +64,16 @@ void Session::readFile(const std::string& path) {
   SceneBuilderSettings settings;
   settings.archivePath = commandLine_.archivePath;
   settings.allowPrograms = commandLine_.allowPrograms;
+  if (!commandLine_.check)
+    settings.makeTexture = [this](const MakeRequest& request) {
+      TextureMaking making;
+      making.texturePath = commandLine_.render.texturePath;
+      making.allowPaths = commandLine_.allowTexturePaths;
+      making.asInFile = commandLine_.render.classic;
+      making.ocioConfig = request.ocioConfig;
+      if (const char* ocio = std::getenv("OCIO"); ocio && making.ocioConfig.empty()) making.ocioConfig = ocio;
+      return makeTexture(request, making, errors_);
+    };
   SceneBuilder builder(std::move(settings), errors_, [this](Scene& scene) { renderWorld(scene); });
   if (!builder.readFile(path)) failed_ = true;
   reading_.reset();
