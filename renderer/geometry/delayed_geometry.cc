@@ -115,7 +115,7 @@ void Geometry::grow(GeometryPart& part) const {
   part.attributes = part.scene->attributes;
   if (listener_) listener_->begin(part);
   for (Attributes& attributes : part.attributes)
-    for (uint32_t* shader : {&attributes.surface, &attributes.displacement})
+    for (uint32_t* shader : {&attributes.surface, &attributes.displacement, &attributes.atmosphere})
       if (*shader != kNone) *shader = part.shader(*shader);
   append(part);
   if (listener_) listener_->end(part);

@@ -3,6 +3,7 @@
 // roulette (PBR 4th ed. chapter 13), in waves: all paths of a wave take one step at a time, so that shaders,
 // lights and primary rays run in batches.
 #include "renderer/base/statistics.h"
+#include "renderer/integrators/atmosphere.h"
 #include "renderer/integrators/integrator.h"
 
 namespace patina {
@@ -76,6 +77,7 @@ class PathIntegrator final : public Integrator {
     std::vector<LightSample> lightSamples;
   };
   void step(Wave& wave) const;
+  void throughAir(Wave& wave) const;
   void missed(Wave& wave, std::span<const uint32_t> which) const;
   void sampleLights(Wave& wave) const;
   bool scatter(Wave& wave, size_t point, Path& path) const;
@@ -142,6 +144,7 @@ void PathIntegrator::step(Wave& wave) const {
       wave.hits, wave.pathOf,
       [&](uint32_t k) { return std::pair(wave.paths[k].ray.direction, wave.paths[k].footprint); },
       wave.points);
+  throughAir(wave);
   size_t kept = 0;
   for (size_t i = 0; i < wave.points.size(); ++i) {
     const uint32_t k = wave.pathOf[i];
@@ -184,6 +187,31 @@ void PathIntegrator::step(Wave& wave) const {
     if (scatter(wave, i, path)) wave.next.push_back(path);
   }
   wave.paths.swap(wave.next);
+}
+
+/// What lies between the eye and what it sees: RI's Atmosphere.
+void PathIntegrator::throughAir(Wave& wave) const {
+  thread_local std::vector<AirSegment> segments;
+  thread_local std::vector<uint32_t> paths;
+  thread_local std::vector<Air> air;
+  segments.clear(), paths.clear();
+  for (const uint32_t k : wave.pathOf) {
+    const Path& path = wave.paths[k];
+    if (path.receiver != kNone || !world_.atmosphereOf(wave.hits[k].placement)) continue;
+    segments.push_back({&path.ray, &wave.hits[k], path.vertex == 0});
+    paths.push_back(k);
+  }
+  if (segments.empty()) return;
+  air.resize(segments.size());
+  airOf(world_, segments, air);
+  for (size_t i = 0; i < air.size(); ++i) {
+    Path& path = wave.paths[paths[i]];
+    Seen& result = wave.results[path.slot];
+    const Rgb& passed = air[i].transmittance;
+    result.radiance += path.throughput * air[i].radiance;
+    result.alpha = 1 - (1 - result.alpha) * (passed.x + passed.y + passed.z) / 3;
+    path.throughput *= passed;
+  }
 }
 
 void PathIntegrator::missed(Wave& wave, std::span<const uint32_t> which) const {

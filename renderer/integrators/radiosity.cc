@@ -3,6 +3,7 @@
 // is computed at micropolygon vertices and shared by all samples (PixelSamples do not multiply it); lobes are
 // evaluated at each hit.
 #include "renderer/base/statistics.h"
+#include "renderer/integrators/atmosphere.h"
 #include "renderer/integrators/radiosity_integrator.h"
 
 namespace patina {
@@ -49,7 +50,8 @@ void RadiosityIntegrator::render(FilmTile& tile, SampleRange samples, TileMemory
     while (!wave.walks.empty()) step(wave);
     for (size_t k = 0; k < wave.positions.size(); ++k) {
       const Result& r = wave.results[k];
-      const float alpha = std::clamp((r.seen.x + r.seen.y + r.seen.z) / 3, 0.0f, 1.0f);
+      const Rgb seen = r.seen + r.air;
+      const float alpha = std::clamp((seen.x + seen.y + seen.z) / 3, 0.0f, 1.0f);
       addSample(tile, wave.positions[k], {r.radiance, alpha, r.depth});
     }
   }
@@ -80,6 +82,7 @@ void RadiosityIntegrator::step(Wave& wave) const {
       wave.hits, wave.active,
       [&](uint32_t k) { return std::pair(wave.walks[k].ray.direction, wave.walks[k].footprint); },
       wave.points);
+  throughAir(wave);
   for (size_t i = 0; i < wave.points.size(); ++i) {
     const Walk& walk = wave.walks[wave.active[i]];
     const Hit& hit = wave.hits[wave.active[i]];
@@ -121,7 +124,8 @@ void RadiosityIntegrator::step(Wave& wave) const {
     if (!needsShading(wave.points[i])) {
       if (walk.receiver == kNone) {
         result.seen += walk.throughput;
-        if (world_.attributesOf(wave.points[i].placement).matte) result.radiance = result.seen = Rgb(0, 0, 0);
+        if (world_.attributesOf(wave.points[i].placement).matte)
+          result.radiance = result.seen = result.air = Rgb(0, 0, 0);
       }
       continue;
     }
@@ -138,6 +142,30 @@ void RadiosityIntegrator::step(Wave& wave) const {
     }
   }
   wave.walks.swap(wave.next);
+}
+
+/// What lies between the eye and what it sees: RI's Atmosphere.
+void RadiosityIntegrator::throughAir(Wave& wave) const {
+  thread_local std::vector<AirSegment> segments;
+  thread_local std::vector<uint32_t> walks;
+  thread_local std::vector<Air> air;
+  segments.clear(), walks.clear();
+  for (const uint32_t k : wave.active) {
+    const Walk& walk = wave.walks[k];
+    if (walk.receiver != kNone || !world_.atmosphereOf(wave.hits[k].placement)) continue;
+    segments.push_back({&walk.ray, &wave.hits[k], walk.step == 0});
+    walks.push_back(k);
+  }
+  if (segments.empty()) return;
+  air.resize(segments.size());
+  airOf(world_, segments, air);
+  for (size_t i = 0; i < air.size(); ++i) {
+    Walk& walk = wave.walks[walks[i]];
+    Result& result = wave.results[walk.slot];
+    result.radiance += walk.throughput * air[i].radiance;
+    result.air += walk.throughput * (Rgb(1, 1, 1) - air[i].transmittance);
+    walk.throughput *= air[i].transmittance;
+  }
 }
 
 void RadiosityIntegrator::missed(Wave& wave, const Walk& walk) const {
@@ -174,7 +202,7 @@ bool RadiosityIntegrator::proceed(Wave& wave, size_t i, Walk& walk) const {
   if (walk.receiver == kNone) {
     result.seen += walk.throughput * opacity;
     if (attributes.matte) {
-      result.radiance = Rgb(0, 0, 0), result.seen = Rgb(0, 0, 0);
+      result.radiance = result.seen = result.air = Rgb(0, 0, 0);
       return false;
     }
   }

@@ -59,6 +59,7 @@ class RadiosityIntegrator final : public Integrator {
   struct Result {
     Rgb radiance{0, 0, 0};
     Rgb seen{0, 0, 0};  // opacity
+    Rgb air{0, 0, 0};   // of the air before it, which is no part of `seen`
     float depth = kFarDepth;
     bool matte = false;
   };
@@ -124,6 +125,7 @@ class RadiosityIntegrator final : public Integrator {
     std::vector<RadiosityEngine::Request> requests;
   };
   void step(Wave& wave) const;
+  void throughAir(Wave& wave) const;
   void missed(Wave& wave, const Walk& walk) const;
   void viewIndependent(Wave& wave) const;
   void findCells(Wave& wave) const;

@@ -17,6 +17,7 @@ size_t hashOf(const Attributes& attributes) {
   hasher.add(attributes.color).add(attributes.opacity).add(attributes.textureCoordinates);
   hasher.add(attributes.surface)
       .add(attributes.displacement)
+      .add(attributes.atmosphere)
       .add(attributes.areaLight)
       .add(attributes.lights);
   hasher.add(attributes.shadingRate)
