@@ -115,6 +115,7 @@ struct ShaderInstance::Services {
   static const void* extension(void*, const char* id) {
     static constexpr PatinaDataTextures kDataTextures = {sizeof(PatinaDataTextures), 0, openData};
     static constexpr PatinaAtmospheres kAtmospheres = {sizeof(PatinaAtmospheres), 0, setAtmosphere};
+    if (!id) return nullptr;
     if (std::strcmp(id, PATINA_EXTENSION_ATMOSPHERE) == 0) return &kAtmospheres;
     if (std::strcmp(id, PATINA_EXTENSION_DATA_TEXTURES) == 0) return &kDataTextures;
     return nullptr;
