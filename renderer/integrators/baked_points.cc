@@ -28,94 +28,10 @@ constexpr float kErrors = 16;
 constexpr float kRoughness = 0.4f;
 /// Bounces end when all that are left would add less than this part of the radiance: that much is estimated.
 constexpr double kRest = 0.01;
-/// In patches of more micropolygons along a side, but not one across, irradiance is interpolated.
-constexpr int kFewCells = 4;
 
 }  // namespace
 
 BakedPoints::~BakedPoints() = default;
-
-/// `pieces` null: they are counted only.
-void BakedPoints::collect(uint32_t placement, int step, std::vector<Piece>* pieces, size_t& count) const {
-  const Geometry& geometry = world_.geometry();
-  const Attributes& attributes = world_.attributesOf(placement);
-  if ((attributes.visibility & kDiffuseRay) == 0) return;
-  const PatchTable& patches = geometry.patches();
-  const auto add = [&](uint32_t patch, uint32_t face, const V2f* corners, int n, float scale) {
-    ++count;
-    if (!pieces) return;
-    V3f P[4];
-    V2f middle(0, 0);
-    V3f center(0, 0, 0);
-    for (int k = 0; k < n; ++k) {
-      P[k] = geometry.facet(placement, face, corners[k].x, corners[k].y).P;
-      middle += corners[k] / static_cast<float>(n), center += P[k] / static_cast<float>(n);
-    }
-    // At a pole two corners are one.
-    const V3f normal = n == 4 ? (P[3] - P[0]).cross(P[2] - P[1]) : (P[1] - P[0]).cross(P[2] - P[0]);
-    const float area = normal.length() / 2;
-    const V3f N = normalizedOr(normal, V3f(0, 0, 1));
-    const V3f U = normalizedOr(P[1] - P[0], normalizedOr(P[n - 1] - P[n - 2], Frame(N).x)), V = N.cross(U);
-    float radius = 0, halfU = 0, halfV = 0;
-    for (int k = 0; k < n; ++k) {
-      const V3f d = P[k] - center;
-      radius = std::max(radius, d.length());
-      halfU = std::max(halfU, std::abs(d.dot(U))), halfV = std::max(halfV, std::abs(d.dot(V)));
-    }
-    if (scale > 1) halfU = halfV = kInfinity;
-    Piece& p = pieces->emplace_back();
-    p.placement = placement, p.face = face, p.u = middle.x, p.v = middle.y;
-    const bool interpolates = patch != kNone && std::min(patches[patch].cellsU, patches[patch].cellsV) > 1 &&
-                              std::max(patches[patch].cellsU, patches[patch].cellsV) > kFewCells;
-    p.patch = interpolates ? patch : kNone;
-    p.P = center, p.N = N, p.U = U, p.halfU = halfU, p.halfV = halfV;
-    p.size = std::sqrt(area), p.area = area * scale, p.radius = radius * std::sqrt(scale);
-    p.hasBack = !attributes.oneSided;
-  };
-  const Surface& surface = geometry.surface(geometry.placements()[placement]);
-  const auto [first, patchCount] = patches.patchesOf(placement);
-  // Of faces and patches that are one piece each, some stand for their neighbours when memory is short.
-  const uint32_t every = step >= 16 ? static_cast<uint32_t>(step / 8) : 1;
-  uint32_t number = 0;
-  bool grouped = false;
-  for (uint32_t index = first; index < first + patchCount; ++index) {
-    const Patch& patch = patches[index];
-    if (patch.group > 0) {
-      grouped = true;
-      continue;
-    }
-    const int nu = std::max(1, patch.cellsU / step), nv = std::max(1, patch.cellsV / step);
-    const bool isOne = nu * nv == 1;
-    if (isOne && number++ % every != 0) continue;
-    const float scale = isOne ? static_cast<float>(every) : 1;
-    const auto at = [&](int i, int j) {
-      return patch.toFace(
-          {static_cast<float>(i) / static_cast<float>(nu), static_cast<float>(j) / static_cast<float>(nv)});
-    };
-    for (int j = 0; j < nv; ++j)
-      for (int i = 0; i < nu; ++i) {
-        if (patch.shape == FaceShape::Quad) {
-          const V2f corners[4] = {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)};
-          add(index, patch.face, corners, 4, scale);
-        } else if (i + j < nu) {
-          const V2f corners[3] = {at(i, j), at(i + 1, j), at(i, j + 1)};
-          add(index, patch.face, corners, 3, scale);
-          const V2f others[3] = {at(i + 1, j + 1), at(i, j + 1), at(i + 1, j)};
-          if (i + j + 1 < nu) add(index, patch.face, others, 3, scale);
-        }
-      }
-  }
-  if (!grouped) return;
-  number = 0;
-  for (uint32_t face = 0; face < surface.faceCount(); ++face) {
-    const bool quad = surface.faceShape(face) == FaceShape::Quad;
-    const float middle = quad ? 0.5f : 1.0f / 3;
-    if (patches[patches.find(placement, face, middle, middle)].group == 0) continue;
-    if (number++ % every != 0) continue;
-    static constexpr V2f kCorners[4] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
-    add(kNone, face, kCorners, quad ? 4 : 3, static_cast<float>(every));
-  }
-}
 
 /// By placement: whether its pieces enclose a volume, and on which side of them that is. Normals of what is
 /// closed cancel each other, and away from the middle they point out, or all in.
@@ -150,16 +66,13 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
   const PhaseTimer timer("Baking of points");
   const auto placements = static_cast<uint32_t>(world.geometry().placements().size());
   const size_t room = std::max<size_t>(settings.bytes / kBytesOfSurfel, 64);
-  int step = 1;
-  for (;; step *= 2) {
-    size_t count = 0;
-    for (uint32_t k = 0; k < placements; ++k) collect(k, step, nullptr, count);
-    constexpr int kCoarsest = 1 << 16;
-    if (count <= room || step >= kCoarsest) break;
-  }
-  std::vector<Piece> pieces;
-  size_t count = 0;
-  for (uint32_t k = 0; k < placements && !world.interrupted(); ++k) collect(k, step, &pieces, count);
+  int most = 1;  // that any object allows
+  for (const Attributes& attributes : world.scene().attributes)
+    most = std::max(most, attributes.maxDiffuseDepth);
+  const int bounces = settings.bounces > 0 ? std::min(settings.bounces, most) : most;
+  size_t micropolygons = 0;
+  std::vector<Piece> pieces = collectAll(room, bounces > 2 ? room / 2 : room, micropolygons);
+  const size_t count = pieces.size();
   std::erase_if(pieces, [](const Piece& p) { return !(p.area > 0) || !std::isfinite(p.area); });
 
   std::vector<Surfel> surfels(pieces.size());
@@ -171,6 +84,7 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
     // Between the surface and the plane of the corners: so that bent pieces hide as much as there is, neither
     // what tangents cut off nor what chords leave out.
     s.P = (point.P + p.P) / 2, s.N = point.Ng, s.area = p.area, s.radius = p.radius, s.hasBack = p.hasBack;
+    if (p.isMany) s.P = p.surfelP, s.N = p.surfelN;
     s.U = p.U;
     s.halfU = p.halfU, s.halfV = p.halfV;
   });
@@ -194,10 +108,6 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
   next.points = this;
   // What gathers average over may be rougher than the picture.
   next.irradianceError = next.irradianceContrast = kRoughness;
-  int most = 1;  // that any object allows
-  for (const Attributes& attributes : world.scene().attributes)
-    most = std::max(most, attributes.maxDiffuseDepth);
-  const int bounces = settings.bounces > 0 ? std::min(settings.bounces, most) : most;
   std::vector<Rgb> frontBefore, backBefore;
   V3d gained(0), gainedBefore(0);
   bool isStable = false;
@@ -236,7 +146,9 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
     setStatistic("Memory/views of points while baking MB", static_cast<double>(views_->memory()) / 1048576);
   views_ = {};
   setStatistic("Memory/points MB", static_cast<double>(tree_->memory()) / 1048576);
-  setStatistic("Points/micropolygons along a surfel", step);
+  setStatistic(
+      "Points/micropolygons along a surfel",
+      std::sqrt(static_cast<double>(micropolygons) / static_cast<double>(std::max<size_t>(count, 1))));
 }
 
 ShadingPoint BakedPoints::pointOf(const Piece& piece, bool front) const {

@@ -17,8 +17,9 @@ class BakedPoints {
     /// Diffuse ones in all, no more than any object allows; 0: as many as those allow, of which what the last
     /// ones add is estimated when it is little.
     int bounces = 0;
-    /// For the octree: pieces grow until it holds them. What they leave is for what rasters saw, so that
-    /// only the first bounce draws them; those that find no room are drawn again.
+    /// For the octree: where all pieces do not fit, the smallest grow until they take half of it. What they
+    /// leave is for what rasters saw, so that only the first bounce draws them; those that find no room are
+    /// drawn again. With two bounces or less, which draw none twice, pieces may take all.
     size_t bytes = size_t{256} << 20;
   };
   /// Cuts what diffuse rays see into pieces, one for each micropolygon of its patches where memory allows
@@ -45,6 +46,9 @@ class BakedPoints {
     float size;  ///< distance of neighbours
     float area, radius;
     bool hasBack;
+    /// Of neighbours that this one stands for, with them: their mean. Otherwise P, and N.
+    V3f surfelP, surfelN;
+    bool isMany = false;
     /// In front and behind: something stands between the vertices around it, so that it is looked at by
     /// itself.
     std::array<bool, 2> isAlone{false, false};
@@ -64,7 +68,21 @@ class BakedPoints {
     /// Irradiance of a side whose normal is N, which is unit.
     Rgb at(const V3f& N) const;
   };
-  void collect(uint32_t placement, int step, std::vector<Piece>* pieces, size_t& count) const;
+  /// What pieces may be made of, of one placement: tiles, and faces in groups.
+  struct Whole {
+    uint32_t patch, face;  ///< patch kNone: in a group of small faces
+    uint32_t group;        ///< ... which is this patch
+    float area;            ///< world units squared; 0 where nobody asked
+  };
+  std::vector<Whole> wholesOf(uint32_t placement, bool wantsArea) const;
+  int stepOf(const Whole& whole, float least) const;
+  size_t countPieces(std::span<const Whole> wholes, float least) const;
+  void addPieces(uint32_t placement, std::span<const Whole> wholes, float least,
+                 std::vector<Piece>& pieces) const;
+  static Piece asOne(std::span<const Piece> run);
+  /// All pieces, if those are no more than `room`, and otherwise about `fewer`, of which the smallest are
+  /// made larger. `micropolygons`: how many those would be without a limit.
+  std::vector<Piece> collectAll(size_t room, size_t fewer, size_t& micropolygons) const;
   static void findInnerSides(const std::vector<Piece>& pieces, size_t placements,
                              std::vector<Surfel>& surfels);
   ShadingPoint pointOf(const Piece& piece, bool front) const;

@@ -87,17 +87,16 @@ TEST(Points, NoLightGetsThroughAWall) {
   EXPECT_LT(dark, 0.005 * lit);
 }
 
-/// A double wall of small faces, 0.02 thick and a single mesh, across a room; the camera is where no light
-/// is.
-std::string doubleWall() {
+/// A wall of small faces across a room at x, in sheets 0.02 from each other and a single mesh.
+std::string fineWall(int sheets, double x) {
   constexpr int kAlong = 64;
   std::string counts, vertices, points;
-  for (int side = 0; side < 2; ++side)
+  for (int side = 0; side < sheets; ++side)
     for (int j = 0; j <= kAlong; ++j)
       for (int i = 0; i <= kAlong; ++i)
-        points += std::to_string(side * 0.02 - 0.21) + ' ' + std::to_string(2.0 * i / kAlong - 1) + ' ' +
+        points += std::to_string(x + side * 0.02) + ' ' + std::to_string(2.0 * i / kAlong - 1) + ' ' +
                   std::to_string(2.0 * j / kAlong - 1) + ' ';
-  for (int side = 0; side < 2; ++side)
+  for (int side = 0; side < sheets; ++side)
     for (int j = 0; j < kAlong; ++j)
       for (int i = 0; i < kAlong; ++i) {
         const int at = (side * (kAlong + 1) + j) * (kAlong + 1) + i;
@@ -109,10 +108,10 @@ std::string doubleWall() {
 }
 
 TEST(Points, SheetsOfAWallAreNoTangle) {
-  // One is lit and the other is dark.
+  // One is lit and the other is dark; the camera is where no light is.
   std::string rooms = kTwoRooms;
   const std::string wall = "Polygon \"P\" [0 -1 -1  0 1 -1  0 1 1  0 -1 1]";
-  rooms.replace(rooms.find(wall), wall.size(), doubleWall());
+  rooms.replace(rooms.find(wall), wall.size(), fineWall(2, -0.21));
   render(rooms, bounces(2));
   EXPECT_GT(statistic("Points/surfels"), 8000);
   EXPECT_EQ(statistic("Points/tangles that share irradiance"), 0);
@@ -209,6 +208,41 @@ TEST(Points, MemoryIsABudget) {
   render(kTwoRooms, bounces(1));
   EXPECT_GT(statistic("Memory/points MB"), small);
   EXPECT_EQ(statistic("Points/micropolygons along a surfel"), 1);
+}
+
+TEST(Points, ScarceMemoryMakesTheSmallestPiecesLarger) {
+  // The walls around ten thousand leaves keep what they have: gaps in them would be dark.
+  const std::string rib =
+      kFront + "ShadingRate .5 WorldBegin " + glow(3) + kBox + leaves(10000, false) + " WorldEnd";
+  for (const int n : {1, 3}) {
+    PointOptions few = bounces(n);
+    few.memoryKb = 3000;
+    const Rgb seen = mean(render(rib, few));
+    EXPECT_GT(statistic("Points/micropolygons along a surfel"), 1.5) << n;
+    EXPECT_LT(statistic("Points/surfels"), 5200 / (n > 2 ? 2 : 1)) << n;
+    const float albedos[3] = {0.8f, 0.5f, 0.2f};
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(seen[c] / (0.2f * (1 - std::pow(albedos[c], static_cast<float>(n + 1))) / (1 - albedos[c])),
+                  1, 0.03)
+          << n << ' ' << c;
+  }
+}
+
+TEST(Points, NeighboursOfOnePieceCoverWhatTheyDid) {
+  // A wall of small faces across a room, of which one piece stands for several.
+  std::string rooms = kTwoRooms;
+  const std::string wall = "Polygon \"P\" [0 -1 -1  0 1 -1  0 1 1  0 -1 1]";
+  rooms.replace(rooms.find(wall), wall.size(), fineWall(1, 0));
+  const auto [lit, dark] = halves(render(rooms, bounces(1)));
+  PointOptions few = bounces(1);
+  few.memoryKb = static_cast<int>(statistic("Points/surfels") * 600 / 1024 / 4);
+  const std::vector<Rgb> picture = render(rooms, few);
+  const auto [fewLit, fewDark] = halves(picture);
+  EXPECT_GT(statistic("Points/micropolygons along a surfel"), 1.9);
+  // Discs in place of squares leave some seams.
+  EXPECT_NEAR(fewLit / lit, 1, 0.05);
+  EXPECT_LT(fewDark, dark + 0.03 * lit);
+  EXPECT_EQ(render(rooms, few, "points", 5), picture);
 }
 
 }  // namespace
