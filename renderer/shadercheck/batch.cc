@@ -33,7 +33,9 @@ uint32_t columnsOf(Call call) {
 float initialOf(Call call, uint32_t column) {
   if (call == Call::Radiosity) return column >= kOpacity ? 1.0f : 0.0f;
   if (call == Call::View)
-    return column >= kFirstLobe && (column - kFirstLobe) % kLobeColumns == kLobeEta ? 1.0f : 0.0f;
+    return column >= kFirstLobe && column < kFirstLobeData && (column - kFirstLobe) % kLobeColumns == kLobeEta
+               ? 1.0f
+               : 0.0f;
   return column == kLightDistance ? PATINA_INFINITE_DISTANCE : 0.0f;
 }
 
@@ -42,6 +44,7 @@ std::string component(std::string_view name, uint32_t index) {
 }
 
 std::string lobeColumnName(uint32_t column) {
+  if (column >= kFirstLobeData) return fmt::format("lobe data {}", column - kFirstLobeData);
   const uint32_t lobe = (column - kFirstLobe) / kLobeColumns, part = (column - kFirstLobe) % kLobeColumns;
   const std::string what = part >= kLobeEta            ? "eta"
                            : part >= kLobeAlpha        ? "alpha"
@@ -97,10 +100,12 @@ std::string difference(Call call, const Output& a, uint32_t laneA, const Output&
 }
 
 Batch::Batch(const PatinaShader& shader, const PatinaTraits& traits, Call call,
-             std::span<const PatinaValue> values, std::span<const Lane> lanes, const Layout& layout)
+             std::span<const PatinaValue> values, std::span<const Lane> lanes, const Layout& layout,
+             uint32_t lobeData)
     : shader_(shader),
       call_(call),
       lightKind_(traits.light_kind),
+      lobeData_(call == Call::View ? lobeData : 0),
       lanes_(lanes.begin(), lanes.end()),
       count_(static_cast<uint32_t>(lanes.size())),
       padded_((count_ + PATINA_LANES - 1) / PATINA_LANES * PATINA_LANES) {
@@ -205,7 +210,7 @@ void Batch::fillParameters(const Layout& layout, std::span<const PatinaValue> va
 }
 
 void Batch::makeOutputs() {
-  for (uint32_t c = 0; c < columnsOf(call_); ++c)
+  for (uint32_t c = 0; c < columnsOf(call_) + lobeData_ * PATINA_MAX_LOBES; ++c)
     columns_.push_back(memory_.output(padded_, columnName(call_, c)));
   const auto triple = [&](uint32_t c) { return PatinaOut3{columns_[c], columns_[c + 1], columns_[c + 2]}; };
   switch (call_) {
@@ -221,9 +226,16 @@ void Batch::makeOutputs() {
     case Call::View:
       for (uint32_t k = 0; k < PATINA_MAX_LOBES; ++k) {
         const uint32_t c = kFirstLobe + kLobeColumns * k;
-        lobes_[k] = {sizeof(PatinaLobe),       0,
-                     triple(c + kLobeWeight),  triple(c + kLobeTransmission),
-                     columns_[c + kLobeAlpha], columns_[c + kLobeEta]};
+        lobes_[k] = {sizeof(PatinaLobe),
+                     0,
+                     triple(c + kLobeWeight),
+                     triple(c + kLobeTransmission),
+                     columns_[c + kLobeAlpha],
+                     columns_[c + kLobeEta],
+                     nullptr,
+                     lobeData_,
+                     0};
+        if (lobeData_) lobes_[k].data = &columns_[kFirstLobeData + k * lobeData_];
       }
       view_ = {sizeof view_, 0, triple(kEmission), lobes_.data(), sizeof(PatinaLobe), 0};
       break;
@@ -269,7 +281,8 @@ bool Batch::isShown(const Output& output, uint32_t column) const {
     case Call::Radiosity:
       return true;
     case Call::View:
-      return column < kFirstLobe + kLobeColumns * output.lobeCount;
+      return column < kFirstLobeData ? column < kFirstLobe + kLobeColumns * output.lobeCount
+                                     : column < kFirstLobeData + lobeData_ * output.lobeCount;
     case Call::LightSample:
       return column == kLightPdf ? lightKind_ == PATINA_LIGHT_INFINITE : column >= kLightRadiance || !ambient;
     case Call::LightEvaluate:

@@ -30,6 +30,8 @@ inline constexpr uint32_t kMovedP = 0, kMovedN = 3;
 inline constexpr uint32_t kEmission = 0, kReflectance = 3, kTransmittance = 6, kAmbient = 9, kOpacity = 12;
 inline constexpr uint32_t kFirstLobe = 3, kLobeColumns = 8;  // after the emission
 inline constexpr uint32_t kLobeWeight = 0, kLobeTransmission = 3, kLobeAlpha = 6, kLobeEta = 7;
+inline constexpr uint32_t kFirstLobeData =
+    kFirstLobe + kLobeColumns * PATINA_MAX_LOBES;  // where there are any
 inline constexpr uint32_t kLightDirection = 0, kLightDistance = 3, kLightRadiance = 4, kLightPdf = 7;
 
 /// The lanes' results, those that the renderer would look at; the others are zero.
@@ -59,11 +61,12 @@ struct Layout {
   enum { Uniform, Spread, Varying } parameters = Uniform;  ///< Spread: planes that hold the uniform value
 };
 
-/// [one thread]
+/// `lobeData`: numbers that custom lobes take of each lobe. [one thread]
 class Batch {
  public:
   Batch(const PatinaShader& shader, const PatinaTraits& traits, Call call,
-        std::span<const PatinaValue> values, std::span<const Lane> lanes, const Layout& layout);
+        std::span<const PatinaValue> values, std::span<const Lane> lanes, const Layout& layout,
+        uint32_t lobeData = 0);
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
@@ -90,7 +93,7 @@ class Batch {
 
   const PatinaShader& shader_;
   Call call_;
-  uint32_t lightKind_;
+  uint32_t lightKind_, lobeData_;
   std::vector<Lane> lanes_;  // with the padding
   uint32_t count_, padded_;
   GuardedMemory memory_;
@@ -101,7 +104,7 @@ class Batch {
   PatinaDisplacementOut displaced_{};
   PatinaRadiosityOut radiosity_{};
   PatinaViewOut view_{};
-  std::array<PatinaLobe, PATINA_MAX_LOBES> lobes_{};
+  std::array<PatinaLobe, PATINA_MAX_LOBES> lobes_{};  // their data are the last columns
   PatinaLightOut lightOut_{};
   PatinaStatus status_ = PATINA_OK;
 };

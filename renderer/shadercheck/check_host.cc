@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "renderer/base/math.h"
+#include "renderer/shading/custom_lobe.h"
 
 namespace patina::shadercheck {
 namespace {
@@ -110,9 +111,25 @@ struct CheckHost::Services {
     return PATINA_OK;
   }
 
+  static uint32_t addLobe(void* host, const PatinaCustomLobe* lobe) {
+    CheckHost& s = self(host);
+    s.checkPreparing("PatinaLobeRegistry.add()");
+    if (const std::string fault = findLobeFault(lobe); !fault.empty()) {
+      s.complain(fmt::format("registered a lobe that {}", fault));
+      return PATINA_LOBE_NONE;
+    }
+    if (s.lobes_.size() == PATINA_MAX_LOBES) {
+      s.complain(fmt::format("registered more than {} lobes", PATINA_MAX_LOBES));
+      return PATINA_LOBE_NONE;
+    }
+    s.lobes_.push_back(lobe);
+    return PATINA_LOBE_CUSTOM + static_cast<uint32_t>(s.lobes_.size()) - 1;
+  }
+
   static const void* extension(void* host, const char* id) {
+    static constexpr PatinaLobeRegistry kLobes = {sizeof(PatinaLobeRegistry), 0, addLobe};
     if (!id) self(host).complain("gave extension() NULL");
-    return nullptr;
+    return id && std::string_view(id) == PATINA_EXTENSION_CUSTOM_LOBES ? &kLobes : nullptr;
   }
 };
 
@@ -121,6 +138,12 @@ CheckHost::CheckHost() {
             Services::report,   Services::transform,   Services::openTexture,
             Services::texture,  Services::environment, Services::textureSize,
             Services::extension};
+}
+
+uint32_t CheckHost::lobeData() const {
+  uint32_t most = 0;
+  for (const PatinaCustomLobe* lobe : lobes_) most = std::max(most, lobe->data_count);
+  return most;
 }
 
 PatinaTexture* CheckHost::texture() { return reinterpret_cast<PatinaTexture*>(&texture_); }

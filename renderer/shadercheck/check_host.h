@@ -23,6 +23,9 @@ class CheckHost {
 
   /// Whether `prepare` runs, which alone may call what is [main].
   void setPreparing(bool preparing) { preparing_ = preparing; }
+  /// What `prepare` registered, in its order.
+  const std::vector<const PatinaCustomLobe*>& lobes() const { return lobes_; }
+  uint32_t lobeData() const;  ///< numbers that they take at most
   /// What was wrong with calls since the last time: "gave texture() ...".
   std::vector<std::string> takeComplaints();
 
@@ -39,6 +42,7 @@ class CheckHost {
   std::atomic<bool> preparing_ = false;
   std::mutex mutex_;
   std::vector<std::string> complaints_;
+  std::vector<const PatinaCustomLobe*> lobes_;
   char texture_ = 0;  // whose address stands for the texture
 };
 

@@ -121,6 +121,7 @@ std::span<const Check> allChecks() {
                                       {"finite", checkFinite},
                                       {"energy", checkEnergy},
                                       {"lobes", checkLobes},
+                                      {"custom lobes", checkCustomLobes},
                                       {"traits", checkFlags},
                                       {"inactive entry points", checkInactive},
                                       {"displacement", checkDisplacement},

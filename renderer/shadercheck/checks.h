@@ -30,6 +30,7 @@ void checkThreads(const Context& context);  ///< several threads on one instance
 void checkFinite(const Context& context);
 void checkEnergy(const Context& context);  ///< reflectance + transmittance <= opacity <= 1
 void checkLobes(const Context& context);
+void checkCustomLobes(const Context& context);  ///< formulas of the shader's own (checks_lobes.cc)
 void checkFlags(const Context& context);  ///< OPAQUE, BLACK, EMITS, TRANSMITS, OPACITY_IS_OS, TRANSPARENT
 void checkInactive(const Context& context);
 void checkDisplacement(const Context& context);

@@ -74,7 +74,8 @@ void expectLobe(Subject& subject, const Output& output, uint32_t lane, uint32_t 
   const auto fault = [&](const char* what, double value) {
     subject.fault(Call::View, fmt::format("lobe {}: {}", k, what), inLane(lane, fmt::format("{}", value)));
   };
-  if (type < PATINA_LOBE_RI_SPECULAR || type > PATINA_LOBE_DIELECTRIC)
+  const bool custom = type >= PATINA_LOBE_CUSTOM && type - PATINA_LOBE_CUSTOM < subject.customLobes().size();
+  if (!custom && (type < PATINA_LOBE_RI_SPECULAR || type > PATINA_LOBE_DIELECTRIC))
     return fault("there is no such type of lobes", type);
   // All the types reflect at most their weight, and let through at most their transmission.
   for (uint32_t c = kLobeWeight; c < kLobeAlpha; ++c)
@@ -128,7 +129,7 @@ std::string findDeed(const Subject& subject, Call call, const Lane& lane, const 
     return opacity == V3f(1) || (isOs && !differs(opacity, lane.Os, 1e-6f)) ? "" : "gives an opacity";
   }
   if (call == Call::View) {
-    for (uint32_t c = 0; c < output.columns; ++c) {
+    for (uint32_t c = 0; c < std::min(output.columns, kFirstLobeData); ++c) {
       const uint32_t part = c < kFirstLobe ? 0 : (c - kFirstLobe) % kLobeColumns;
       if (part < kLobeAlpha && output.at(i, c) != 0) return "gives " + columnName(call, c);
     }

@@ -41,7 +41,8 @@ class Subject {
   Layout layout(Call call) const { return {channels(call), 0, 0, 0, false, Layout::Uniform}; }
 
   std::unique_ptr<Batch> batch(Call call, std::span<const Lane> lanes, const Layout& layout) const {
-    return std::make_unique<Batch>(context_.shader, traits_, call, parameters_.values(), lanes, layout);
+    return std::make_unique<Batch>(context_.shader, traits_, call, parameters_.values(), lanes, layout,
+                                   host_.lobeData());
   }
   /// Calls, and reports what may never happen: a bad status, memory written to that is none of the call's,
   /// wrong use of the host. `doing` is for the message should the call not return.
@@ -49,6 +50,8 @@ class Subject {
   Output run(Call call, std::span<const Lane> lanes) { return run(call, lanes, layout(call)); }
 
   void* instance() const { return instance_; }
+  /// The custom lobes that `prepare` registered.
+  const std::vector<const PatinaCustomLobe*>& customLobes() const { return host_.lobes(); }
   const std::string& parametersName() const { return parameters_.name(); }
   /// With the parameters in the detail.
   void fault(std::string_view entry, const std::string& text, const std::string& detail = {});

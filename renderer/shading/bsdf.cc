@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lobes: RI's specular(), GGX reflection and rough dielectrics (Walter et al. 2007; Heitz 2014 and 2018).
+// Lobes: RI's specular(), GGX reflection and rough dielectrics (Walter et al. 2007; Heitz 2014 and 2018), and
+// those that plugins bring.
 #include "renderer/shading/bsdf.h"
 
 #include "patina/shader.h"
 #include "renderer/base/sampling.h"
+#include "renderer/shading/custom_lobe.h"
 
 namespace patina {
 namespace {
@@ -52,7 +54,7 @@ bool refract(const V3f& w, const V3f& n, float eta, V3f& out) {  // w and n on t
 }
 
 bool isDelta(const Lobe& lobe) {
-  return lobe.type != PATINA_LOBE_RI_SPECULAR &&
+  return lobe.type != PATINA_LOBE_RI_SPECULAR && !lobe.custom &&
          (lobe.alpha < kSmoothAlpha ||
           (lobe.type == PATINA_LOBE_DIELECTRIC && std::abs(lobe.eta - 1) < kMatchedIndex));
 }
@@ -96,8 +98,9 @@ bool Bsdf::scattersSmoothly(bool withDiffuse) const {
 
 bool Bsdf::transmits() const {
   if (!patina::isBlack(terms_.transmittance)) return true;
-  return std::any_of(lobes_.begin(), lobes_.end(),
-                     [](const Lobe& lobe) { return lobe.type == PATINA_LOBE_DIELECTRIC; });
+  return std::any_of(lobes_.begin(), lobes_.end(), [](const Lobe& lobe) {
+    return lobe.type == PATINA_LOBE_DIELECTRIC || (lobe.custom && lobe.custom->lobe->transmits());
+  });
 }
 
 Bsdf::Value Bsdf::evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) const {
@@ -124,6 +127,15 @@ Bsdf::Value Bsdf::evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) con
       // Half vectors are drawn with density (n+1)/(2 pi) cos^n.
       const float oh = o.dot(h);
       if (oh > 0) value.pdf += chance * (n + 1) / (2 * kPi) * power / (4 * oh);
+      continue;
+    }
+    if (lobe.custom) {
+      const CustomLobe& custom = *lobe.custom->lobe;
+      const bool asked = reflected ? i.z > 0 && custom.reflects() : i.z < 0 && custom.transmits();
+      if (!asked || o.z <= 0) continue;
+      const CustomLobe::Value v = custom.evaluate(customAt(lobe), wi);
+      value.f += lobe.weight * v.f;
+      value.pdf += chance * v.pdf;
       continue;
     }
     const float alpha = lobe.alpha;
@@ -175,6 +187,13 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
     const float chance = lobeChance(*lobe);
     const float select = std::clamp(x / chance, 0.0f, kOneMinusEpsilon);
     const V3f o = frame_.toLocal(wo_);
+    if (lobe->custom) {
+      if (o.z <= 0 || !lobe->custom->lobe->sample(customAt(*lobe), random, s.direction)) return s;
+      s.transmitted = s.direction.dot(frame_.z) < 0;
+      s.alpha = std::min(lobe->alpha, 1.0f);
+      if ((s.direction.dot(point_.Ng) > 0) == s.transmitted) return s;
+      return weighed(s, withDiffuse);
+    }
     s.alpha = lobe->type == PATINA_LOBE_RI_SPECULAR ? std::sqrt(2 / (exponent(*lobe) + 2)) : lobe->alpha;
     V3f h(0, 0, 1);
     if (lobe->type == PATINA_LOBE_RI_SPECULAR) {
@@ -205,6 +224,15 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
       return s;
     }
   }
+  return weighed(s, withDiffuse);
+}
+
+CustomLobe::At Bsdf::customAt(const Lobe& lobe) const {
+  return {*lobe.custom, frame_.z, wo_, lobe.alpha, lobe.eta, point_.P};
+}
+
+/// The sample with the density of its direction by all lobes.
+BsdfSample Bsdf::weighed(BsdfSample s, bool withDiffuse) const {
   const Value value = evaluate(s.direction, withDiffuse, false);
   if (!(value.pdf > 0)) return s;
   s.pdf = value.pdf;

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "renderer/shading/custom_lobe.h"
 #include "renderer/shading/light_bounds.h"
 #include "renderer/shading/shading_point.h"
 
@@ -67,6 +68,8 @@ class Bsdf {
  private:
   Value evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) const;
   BsdfSample sample(float choice, const V2f& random, bool withDiffuse) const;
+  BsdfSample weighed(BsdfSample s, bool withDiffuse) const;
+  CustomLobe::At customAt(const Lobe& lobe) const;
   float lobeChance(const Lobe& lobe) const;
 
   const ShadingPoint& point_;

@@ -112,12 +112,29 @@ struct ShaderInstance::Services {
     self(host).atmosphere_ = function;
   }
 
+  static uint32_t addLobe(void* host, const PatinaCustomLobe* lobe) {
+    ShaderInstance& s = self(host);
+    std::string fault = findLobeFault(lobe);
+    if (fault.empty() && s.prepared_) fault = "was registered outside of prepare";
+    if (fault.empty() && s.customLobes_.size() == PATINA_MAX_LOBES)
+      fault = fmt::format("is one too many: there may be {}", PATINA_MAX_LOBES);
+    if (!fault.empty()) {
+      s.lobeFault_ = fmt::format("its lobe \"{}\" {}", lobe && lobe->name ? lobe->name : "", fault);
+      return PATINA_LOBE_NONE;
+    }
+    s.customLobes_.emplace_back(*lobe, s);
+    s.lobeDataCount_ = std::max(s.lobeDataCount_, lobe->data_count);
+    return PATINA_LOBE_CUSTOM + static_cast<uint32_t>(s.customLobes_.size()) - 1;
+  }
+
   static const void* extension(void*, const char* id) {
     static constexpr PatinaDataTextures kDataTextures = {sizeof(PatinaDataTextures), 0, openData};
     static constexpr PatinaAtmospheres kAtmospheres = {sizeof(PatinaAtmospheres), 0, setAtmosphere};
+    static constexpr PatinaLobeRegistry kLobes = {sizeof(PatinaLobeRegistry), 0, addLobe};
     if (!id) return nullptr;
     if (std::strcmp(id, PATINA_EXTENSION_ATMOSPHERE) == 0) return &kAtmospheres;
     if (std::strcmp(id, PATINA_EXTENSION_DATA_TEXTURES) == 0) return &kDataTextures;
+    if (std::strcmp(id, PATINA_EXTENSION_CUSTOM_LOBES) == 0) return &kLobes;
     return nullptr;
   }
 };
@@ -193,6 +210,8 @@ bool ShaderInstance::prepare(ErrorHandler& errors) {
     fault = fmt::format(
         "prepare failed with status {} ({})", status,
         status > 0 && status < int(std::size(kReasons)) ? kReasons[status] : "not a known status");
+  else if (!lobeFault_.empty())
+    fault = lobeFault_;
   else
     fault = findTraitsFault(traits_);
   if (fault.empty()) return true;

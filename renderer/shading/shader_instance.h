@@ -11,6 +11,7 @@
 
 #include "patina/shader.h"
 #include "renderer/scene/scene.h"
+#include "renderer/shading/custom_lobe.h"
 #include "renderer/shading/shader_host.h"
 
 namespace patina {
@@ -68,6 +69,15 @@ class ShaderInstance {
   PatinaStatus atmosphere(const PatinaAtmosphereIn& in, PatinaAtmosphereOut& out) const {
     return atmosphere_(data_, &in, &out);
   }
+  /// The lobe that `view` calls `type`, one of its own; nullptr = there is none.
+  const CustomLobe* customLobe(uint32_t type) const {
+    const size_t k = size_t(type) - PATINA_LOBE_CUSTOM;
+    return type >= PATINA_LOBE_CUSTOM && k < customLobes_.size() ? &customLobes_[k] : nullptr;
+  }
+  bool hasCustomLobes() const { return !customLobes_.empty(); }
+  uint32_t lobeDataCount() const { return lobeDataCount_; }  ///< numbers that its lobes take at most
+  /// What `prepare` wrote, for the functions of custom lobes.
+  void* data() const { return data_; }
 
   /// Counts points whose results cannot be used: see ShaderHost::fault(). [any thread]
   void fault(ShaderHost::Fault fault, uint64_t points, const V3f& at,
@@ -99,6 +109,10 @@ class ShaderInstance {
   std::vector<std::vector<std::string>> strings_;
   std::vector<std::vector<const char*>> pointers_;
   std::vector<VaryingParameter> varying_;
+
+  std::vector<CustomLobe> customLobes_;
+  uint32_t lobeDataCount_ = 0;
+  std::string lobeFault_;  // why a lobe was refused
 
   PatinaTraits traits_{};
   PatinaAtmosphereFunction atmosphere_ = nullptr;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "patina/shader.h"
 #include "renderer/accel/accel.h"
 #include "renderer/base/math.h"
 
@@ -23,11 +24,20 @@ struct ShadingPoint {
   Facet facet() const { return {P, Ng, error}; }
 };
 
+class CustomLobe;
+
+/// A custom lobe at one point, and what `view` wrote for it there.
+struct CustomLobeLane {
+  const CustomLobe* lobe = nullptr;
+  float data[PATINA_LOBE_DATA] = {};
+};
+
 /// A lobe of the BSDF at one point; see PatinaLobe.
 struct Lobe {
   uint32_t type = 0;  ///< PatinaLobeType
   Rgb weight{0, 0, 0}, transmission{0, 0, 0};
   float alpha = 0, eta = 1;
+  const CustomLobeLane* custom = nullptr;  ///< of types from PATINA_LOBE_CUSTOM on
 };
 
 /// Terms of B = emission + ambient * Ca + reflectance * E(front)/pi + transmittance * E(back)/pi, and the
@@ -40,10 +50,16 @@ struct SurfaceTerms {
   uint32_t lobeCount = 0;
 };
 
-/// Results of shading a span of points, reusable between calls.
+/// Results of shading a span of points, reusable between calls. Not copied: lobes point into customLanes.
 struct ShadedPoints {
   std::vector<SurfaceTerms> terms;  ///< one per point
   std::vector<Lobe> lobes;
+  std::vector<std::vector<CustomLobeLane>> customLanes;  ///< by batch of a shader that has custom lobes
+
+  ShadedPoints() = default;
+  ShadedPoints(ShadedPoints&&) = default;
+  ShadedPoints& operator=(ShadedPoints&&) = default;
+
   std::span<const Lobe> lobesOf(const SurfaceTerms& t) const {
     return {lobes.data() + t.firstLobe, t.lobeCount};
   }

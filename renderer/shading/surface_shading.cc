@@ -171,6 +171,7 @@ void SurfaceShading::shade(std::span<const ShadingPoint> points, ShadingParts pa
   const TimeShare share(shaderTime);
   out.terms.assign(points.size(), SurfaceTerms{});
   out.lobes.clear();
+  out.customLanes.clear();
   thread_local std::vector<uint32_t> order;
   order.resize(points.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -298,6 +299,17 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
       lobe.weight = planes.out3(0), lobe.transmission = planes.out3(0);
       lobe.alpha = planes.out(0), lobe.eta = planes.out(1);
     }
+    std::vector<CustomLobeLane>* customLanes = nullptr;
+    std::array<float*, PATINA_MAX_LOBES * PATINA_LOBE_DATA> lobeData;
+    if (shader.hasCustomLobes()) {
+      const uint32_t each = shader.lobeDataCount();
+      for (uint32_t k = 0; k < PATINA_MAX_LOBES; ++k) {
+        for (uint32_t c = 0; c < each; ++c) lobeData[k * each + c] = planes.out(0);
+        lobes[k].data = &lobeData[k * each], lobes[k].data_count = each;
+      }
+      customLanes = &out.customLanes.emplace_back();
+      customLanes->reserve(n * PATINA_MAX_LOBES);  // lobes point to them
+    }
     PatinaViewOut result{};
     result.struct_size = sizeof(result);
     result.emission = planes.out3(0);
@@ -320,6 +332,22 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
           if (!(lobe.alpha >= 0 && lobe.alpha < 1e6f)) lobe.alpha = 0, wrong = true;
           if (!(lobe.eta > 1e-3f && lobe.eta < 1e3f)) lobe.eta = 1, wrong = true;
           if (!point(i).front) lobe.eta = 1 / lobe.eta;  // plugins say inside over outside
+          if (lobe.type > PATINA_LOBE_DIELECTRIC) {
+            CustomLobeLane lane{shader.customLobe(lobe.type), {}};
+            bool known = lane.lobe != nullptr;
+            for (uint32_t c = 0; known && c < lane.lobe->dataCount(); ++c) {
+              lane.data[c] = lobes[k].data[c][i];
+              known = std::isfinite(lane.data[c]);
+            }
+            if (!known) {
+              wrong = true;
+              continue;
+            }
+            lobe.transmission = Rgb(0, 0, 0);
+            if (isBlack(lobe.weight)) continue;
+            customLanes->push_back(lane);
+            lobe.custom = &customLanes->back();
+          }
           if (lobe.type != PATINA_LOBE_NONE && !(isBlack(lobe.weight) && isBlack(lobe.transmission)))
             out.lobes.push_back(lobe);
         }

@@ -19,6 +19,8 @@
 //   kernels lookups(), texture()                                 textures (TextureLookup); lobeCount(): lobes
 //   in use PatinaStatus lightBatch(const PatinaLightIn&, PatinaLightOut&) const   in the place of the light's
 //   kernels
+// Lobes that the host does not have are classes, too: see sdk/lobes.h; sdk/microfacets.h has some.
+//
 // What patterns are made of has headers of its own: sdk/noise.h (gradient noise of one to four variables),
 // sdk/cells.h (cell noise, Worley), sdk/fractals.h (fBm and turbulence), sdk/filter.h (steps, pulses and
 // checks), sdk/spline.h and sdk/color.h; sdk/math.h (vectors, mix, smoothstep) and sdk/matrix.h
@@ -174,6 +176,23 @@ struct Plugin {
     if constexpr (requires { S::kTraits; }) traits.flags = S::kTraits;
   }
 
+  template <class Own>
+  static bool registerLobes([[maybe_unused]] Instance<S>& made, [[maybe_unused]] const PatinaHost& host) {
+    if constexpr (Own::kCount > 0) {
+      const auto* lobes =
+          static_cast<const PatinaLobeRegistry*>(host.extension(host.host, PATINA_EXTENSION_CUSTOM_LOBES));
+      if (!lobes) {
+        constexpr int32_t kNoCustomLobes = -2;
+        host.report(
+            host.host, PATINA_REPORT_ERROR, kNoCustomLobes,
+            "it has lobes of its own, which this renderer does not know (" PATINA_EXTENSION_CUSTOM_LOBES ")");
+        return false;
+      }
+      for (uint32_t k = 0; k < Own::kCount; ++k) made.ownTypes[k] = lobes->add(host.host, Own::kTables[k]);
+    }
+    return true;
+  }
+
   // Runs `body`, and turns what it throws into a status.
   template <class Body>
   static PatinaStatus guarded(const Body& body) noexcept {
@@ -197,8 +216,12 @@ struct Plugin {
   static PatinaStatus prepare(const PatinaPrepare* in, void** instance, PatinaTraits* traits) {
     return guarded([&]() -> PatinaStatus {
       std::unique_ptr<Instance<S>> made(
-          new Instance<S>{S{}, ParameterTable<S>::read(in->values, in->value_stride), in->host});
+          new Instance<S>{S{}, ParameterTable<S>::read(in->values, in->value_stride), in->host, {}});
       describeKernels(*traits);
+      if constexpr (kHasView) {
+        if (!registerLobes<OwnLobesOf<typename Kernel<decltype(&S::view)>::Result>>(*made, *in->host))
+          return PATINA_ERROR_RESOURCE;
+      }
       if constexpr (requires(Prepare & p) { made->shader.prepare(made->parameters, p); }) {
         Prepare context(*in, *traits);
         const PatinaStatus status = made->shader.prepare(made->parameters, context);

@@ -32,9 +32,10 @@ extern "C" {
 #endif
 
 #define PATINA_ABI_MAJOR 1u /* in the symbol's name; differs = refused */
-#define PATINA_ABI_MINOR 1u /* newer plugins run with older hosts of the same major version */
+#define PATINA_ABI_MINOR 2u /* newer plugins run with older hosts of the same major version */
 #define PATINA_LANES 16u
 #define PATINA_MAX_LOBES 8u
+#define PATINA_LOBE_DATA 16u /* numbers that a custom lobe may take from `view`, at most */
 
 typedef int32_t PatinaStatus;
 enum {
@@ -208,9 +209,12 @@ typedef enum PatinaLobeType {
     PATINA_LOBE_NONE = 0,
     PATINA_LOBE_RI_SPECULAR = 1, /* RI specular(): Cl * (N.H)^(8/roughness), roughness in `alpha`; H halfway to the light */
     PATINA_LOBE_GGX = 2,         /* microfacet reflection, GGX with height-correlated Smith G; alpha 0 = mirror; F = 1 */
-    PATINA_LOBE_DIELECTRIC = 3   /* Fresnel reflection and refraction, `eta` = ior inside / outside of the surface (the
+    PATINA_LOBE_DIELECTRIC = 3,  /* Fresnel reflection and refraction, `eta` = ior inside / outside of the surface (the
                                     host knows which side is seen, and inverts it there); alpha 0 = smooth;
                                     `weight` scales reflection, `transmission` refraction */
+    PATINA_LOBE_CUSTOM = 1024    /* and above: the plugin's own, as numbered by PatinaLobeRegistry.add. `weight` scales
+                                    its f, and its luminance is how often it is chosen: best the share of light that
+                                    it scatters; `alpha` is how wide it is, as of GGX; `transmission` is not used */
 } PatinaLobeType;
 
 typedef struct PatinaLobe {
@@ -220,6 +224,11 @@ typedef struct PatinaLobe {
     PatinaOut3 transmission; /* zero before the call */
     float *alpha;            /* zero before the call */
     float *eta;              /* one before the call */
+    /* Since minor version 2. What a custom lobe needs to know of the point: planes, zero before the call, as many as
+     * the instance's lobes take at most; NULL and 0 if it registered none. */
+    float *const *data;
+    uint32_t data_count;
+    uint32_t reserved;
 } PatinaLobe;
 
 typedef struct PatinaViewOut {
@@ -264,6 +273,63 @@ typedef struct PatinaHost {
     /* [any] An optional interface by id, NULL when the host does not have it. */
     const void *(*extension)(void *host, const char *id);
 } PatinaHost;
+
+/* ---- Extension: custom lobes ----------------------------------------------------------------------------------- */
+
+/* A lobe of the plugin's own, as part of what `view` gives. The host evaluates it for light, samples it, weighs both by
+ * their densities, and never asks for its own lobes' formulas. The functions have no state: they know the instance and
+ * what `view` wrote to PatinaLobe.data at the point, all else is in their arguments. What is not finite or negative
+ * counts as black, and is counted as other outputs are.
+ *
+ *   prepare:  const PatinaLobeRegistry *lobes = host->extension(host->host, PATINA_EXTENSION_CUSTOM_LOBES);
+ *             if (lobes) type = lobes->add(host->host, &kSheen);      NULL: the host has no custom lobes
+ *   view:     lobe->type = type; lobe->weight ...; lobe->data[0][i] = roughness; ... */
+#define PATINA_EXTENSION_CUSTOM_LOBES "patina.custom_lobes.1"
+
+typedef struct PatinaLobeIn {
+    uint32_t struct_size;
+    uint32_t count;
+    uint32_t padded;
+    uint32_t data_count;
+    const PatinaPlane *data; /* data_count planes: what `view` wrote */
+    PatinaPlane3 N;          /* unit, the lobe's axis: the shading normal, bent to wo . N > 0 */
+    PatinaPlane3 wo;         /* unit, to the viewer */
+    PatinaPlane3 wi;         /* evaluate: unit, to the light. sample: NULL planes */
+    PatinaPlane random_x, random_y; /* sample: uniform in [0,1). evaluate: NULL */
+    PatinaPlane alpha, eta;  /* as `view` gave them; eta inverted where the inside is seen */
+} PatinaLobeIn;
+
+typedef struct PatinaLobeOut {
+    uint32_t struct_size;
+    uint32_t reserved;
+    PatinaOut3 f;  /* evaluate: the BSDF times |wi . N|, sr^-1: of light from all sides 1 is scattered at most */
+    float *pdf;    /* evaluate: how densely `sample` gives wi, sr^-1, over all directions; 1 in all, less the share of
+                      samples that give none */
+    PatinaOut3 wi; /* sample: unit, away from the point; zero = none. Zero before the call */
+} PatinaLobeOut;
+
+#define PATINA_LOBE_REFLECTS       (1u << 0) /* to the viewer's side of the surface: wi . N > 0 */
+#define PATINA_LOBE_TRANSMITS      (1u << 1) /* through it: wi . N < 0 */
+#define PATINA_LOBE_NOT_RECIPROCAL (1u << 2) /* f / |wi . N| may change when wo and wi change places */
+
+typedef struct PatinaCustomLobe {
+    uint32_t struct_size;
+    uint32_t flags;      /* PATINA_LOBE_ bits: which directions it is asked for; at least one side */
+    const char *name;
+    const char *doc;     /* one line */
+    uint32_t data_count; /* numbers that it takes from PatinaLobe.data, from the first; at most PATINA_LOBE_DATA */
+    uint32_t reserved;
+    PatinaStatus (*evaluate)(void *instance, const PatinaLobeIn *in, PatinaLobeOut *out); /* [any] f and pdf of wi */
+    PatinaStatus (*sample)(void *instance, const PatinaLobeIn *in, PatinaLobeOut *out);   /* [any] wi by pdf */
+} PatinaCustomLobe;
+
+typedef struct PatinaLobeRegistry {
+    uint32_t struct_size;
+    uint32_t reserved;
+    /* [main] Only within `prepare`. `lobe` is valid until `release`. The type of the lobe in this instance's `view`; 0 =
+     * refused, and the shader fails with the reason. At most PATINA_MAX_LOBES. */
+    uint32_t (*add)(void *host, const PatinaCustomLobe *lobe);
+} PatinaLobeRegistry;
 
 /* ---- The shader ------------------------------------------------------------------------------------------------ */
 

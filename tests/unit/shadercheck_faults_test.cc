@@ -24,7 +24,7 @@ std::vector<std::string> faultsOf(const std::string& name, const CheckOptions& o
   if (!found.shader) return {};
   const Verdict verdict = checkShader(*found.shader, options);
   EXPECT_EQ(verdict.shader, name);
-  EXPECT_EQ(verdict.checks, 16);
+  EXPECT_EQ(verdict.checks, 17);
   std::vector<std::string> texts;
   for (const Fault& fault : verdict.faults) texts.push_back(toString(verdict.shader, fault));
   return texts;
@@ -81,6 +81,21 @@ INSTANTIATE_TEST_SUITE_P(
              "light (sample) gives directions that are not of unit length (defaults; lane"},
         Case{"wrong_bright_lobe",
              "view lobe 0: the weight is outside of [0, 1] (defaults; lane 0: 2) [lobes]"},
+        Case{"wrong_lobe_pdf",
+             "view lobe \"cosine\" has a wrong pdf: it does not integrate to the share of samples that are "
+             "directions (defaults; lane"},
+        Case{"wrong_lobe_samples",
+             "view lobe \"cosine\" has a wrong pdf: directions are not drawn by it (defaults; lane"},
+        Case{"lobe_makes_energy",
+             "view lobe \"cosine\" makes energy: its f integrates to more than 1 (defaults; lane"},
+        Case{"one_way_lobe",
+             "view lobe \"cosine\" is not reciprocal, and does not say NOT_RECIPROCAL (defaults; lane"},
+        Case{"nan_lobe", "view lobe \"cosine\" gives a value that is not finite (defaults; lane"},
+        Case{"negative_lobe", "view lobe \"cosine\" gives a negative value (defaults; lane"},
+        Case{"long_lobe_samples",
+             "view lobe \"cosine\" gives directions that are not of unit length (defaults; lane"},
+        Case{"unknown_lobe", "view lobe 0: there is no such type of lobes (defaults; lane 0: 1025) [lobes]"},
+        Case{"nameless_lobe", "prepare registered a lobe that has no name or no documentation (defaults) ["},
         Case{"wrong_long_normals",
              "displacement writes normals that are not of unit length (defaults; lane 0: the length is "},
         Case{"wrong_late_texture", "radiosity called open_texture() outside of prepare (defaults) ["},
@@ -94,6 +109,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ShaderCheck, FindsNothingWhereNothingIsWrong) {
   EXPECT_THAT(faultsOf("wrong_nothing"), IsEmpty());
   EXPECT_THAT(faultsOf("wrong_right_pdf"), IsEmpty());
+  EXPECT_THAT(faultsOf("right_lobe"), IsEmpty());
 }
 
 TEST(ShaderCheck, StopsAShaderThatDoesNotReturn) {

@@ -2,7 +2,7 @@
 // What kernels return and are asked, and the loops that run them over a batch.
 #pragma once
 
-#include "lanes.h"
+#include "lobes.h"
 
 namespace patina::sdk {
 
@@ -28,6 +28,22 @@ struct View {
   static_assert(sizeof...(Types) <= PATINA_MAX_LOBES);
   Color emission{};
   std::array<Lobe, sizeof...(Types)> lobes{};
+};
+
+/// A lobe of class L (sdk/lobes.h): what it knows of the point, and its weight; see PATINA_LOBE_CUSTOM.
+template <class L>
+struct OwnLobe {
+  Color weight{};
+  float alpha = 1;  ///< how wide it is, as GGX's alpha
+  float eta = 1;
+  L lobe{};
+};
+
+/// Result of `view` with lobes of the shader's own behind those of `Standard`, a View<...>.
+template <class Standard, class... L>
+struct ViewWith : Standard {
+  static_assert(Standard::kTypes.size() + sizeof...(L) <= PATINA_MAX_LOBES);
+  std::tuple<OwnLobe<L>...> own;
 };
 
 /// What RI's standard surfaces have in common: Os * color * (Ka * ambient() + Kd * diffuse(N)) ...
@@ -107,11 +123,23 @@ namespace detail {
 #define PATINA_VECTOR_LOOP _Pragma("GCC ivdep")
 #endif
 
+// The lobes of their own of a kernel's result.
+template <class Result>
+struct OwnLobesOf {
+  static constexpr uint32_t kCount = 0, kNumbers = 0;
+};
+template <class Standard, class... L>
+struct OwnLobesOf<ViewWith<Standard, L...>> {
+  static constexpr uint32_t kCount = sizeof...(L), kNumbers = std::max({LobeTable<L>::kNumbers...});
+  static constexpr std::array<const PatinaCustomLobe*, kCount> kTables{&LobeTable<L>::kTable...};
+};
+
 template <class S>
 struct Instance {
   S shader;
   typename ParameterTable<S>::Struct parameters;
   const PatinaHost* host;
+  std::array<uint32_t, PATINA_MAX_LOBES> ownTypes{};  // of the lobes of its own
 };
 
 // The signature of a kernel: the channels of its Surface argument, its result, how many texels it takes.
@@ -276,19 +304,31 @@ __attribute__((flatten)) void viewBlock(const Instance<S>& self, const PatinaPoi
                                         PatinaViewOut& out) {
   using K = Kernel<decltype(&S::view)>;
   using Result = typename K::Result;
-  constexpr size_t kLobes = Result::kTypes.size();
+  using Own = OwnLobesOf<Result>;
+  constexpr size_t kStandard = Result::kTypes.size(), kLobes = kStandard + Own::kCount;
+  Lanes data[Own::kCount + 1][Own::kNumbers + 1];
   Lanes3 emission, weight[kLobes + 1], transmission[kLobes + 1];
   Lanes alpha[kLobes + 1], eta[kLobes + 1];
   runSurface<K>(
       self, in, first, [&](const auto&... args) { return self.shader.view(args...); },
       [&](uint32_t lane, const Result& result) {
         emission.set(lane, result.emission);
-        for (size_t k = 0; k < kLobes; ++k) {
+        for (size_t k = 0; k < kStandard; ++k) {
           weight[k].set(lane, result.lobes[k].weight);
           transmission[k].set(lane, result.lobes[k].transmission);
           alpha[k].v[lane] = result.lobes[k].alpha;
           eta[k].v[lane] = result.lobes[k].eta;
         }
+        unrolled<int(Own::kCount)>([&](auto own) PATINA_INLINE_LAMBDA {
+          const auto& from = std::get<size_t(own)>(result.own);
+          constexpr size_t kNumbers = sizeof(from.lobe) / sizeof(float), k = kStandard + size_t(own);
+          weight[k].set(lane, from.weight);
+          transmission[k].set(lane, Color());
+          alpha[k].v[lane] = from.alpha, eta[k].v[lane] = from.eta;
+          float numbers[kNumbers];
+          std::memcpy(numbers, &from.lobe, sizeof numbers);
+          for (size_t c = 0; c < kNumbers; ++c) data[size_t(own)][c].v[lane] = numbers[c];
+        });
       });
   emission.store(out.emission, first);
   uint32_t used = kLobes;
@@ -297,7 +337,14 @@ __attribute__((flatten)) void viewBlock(const Instance<S>& self, const PatinaPoi
   for (uint32_t k = 0; k < used; ++k) {
     auto& lobe =
         *reinterpret_cast<PatinaLobe*>(reinterpret_cast<std::byte*>(out.lobes) + size_t(k) * out.lobe_stride);
-    lobe.type = Result::kTypes[k];
+    if constexpr (Own::kCount > 0) {
+      if (k >= kStandard) {
+        const PatinaCustomLobe& own = *Own::kTables[k - kStandard];
+        for (uint32_t c = 0; c < own.data_count; ++c) data[k - kStandard][c].store(lobe.data[c], first);
+      }
+    }
+    lobe.type = k < kStandard ? uint32_t(Result::kTypes[std::min<size_t>(k, kStandard - 1)])
+                              : self.ownTypes[k - kStandard];
     weight[k].store(lobe.weight, first);
     transmission[k].store(lobe.transmission, first);
     alpha[k].store(lobe.alpha, first);

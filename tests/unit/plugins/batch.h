@@ -55,7 +55,11 @@ class Batch {
     return {sizeof(PatinaRadiosityOut), 0, out3(), out3(), out3(), out3(), out3(1)};
   }
   PatinaViewOut viewOut() {
-    for (PatinaLobe& lobe : lobes_) lobe = {sizeof(PatinaLobe), 0, out3(), out3(), out(), out(1)};
+    for (size_t k = 0; k < lobes_.size(); ++k) {
+      for (float*& plane : lobeData_[k]) plane = out();
+      lobes_[k] = {sizeof(PatinaLobe), 0, out3(), out3(), out(), out(1), lobeData_[k].data(),
+                   PATINA_LOBE_DATA,   0};
+    }
     return {sizeof(PatinaViewOut), 0, out3(), lobes_.data(), sizeof(PatinaLobe), 0};
   }
   PatinaDisplacementOut displacementOut() { return {sizeof(PatinaDisplacementOut), 0, out3(), out3()}; }
@@ -78,6 +82,7 @@ class Batch {
   uint32_t count_, padded_;
   std::vector<std::unique_ptr<Block[]>> memory_;
   std::array<PatinaLobe, PATINA_MAX_LOBES> lobes_{};
+  std::array<std::array<float*, PATINA_LOBE_DATA>, PATINA_MAX_LOBES> lobeData_{};
 };
 
 inline Triple get(const PatinaOut3& planes, uint32_t lane) {
