@@ -141,7 +141,7 @@ class SphereGrid {
 };
 
 /// Cases of all chi-square tests together, or a few more.
-inline constexpr size_t kAllCases = 240;
+inline constexpr size_t kAllCases = 280;
 
 /// The fits of one test. Each case is judged at the level that gives all of the suite together 1 % (Sidak).
 class Fits {
