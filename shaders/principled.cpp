@@ -79,7 +79,8 @@ struct Principled {
                                  p.opacitymap,   p.normalmap,   p.bumpmap};
     bool any = false;
     for (size_t k = 0; k < std::size(names); ++k) {
-      maps_[k] = context.openTexture(names[k]);
+      const bool isColor = k == kBase || k == kEmission;
+      maps_[k] = isColor ? context.openTexture(names[k]) : context.openData(names[k]);
       any |= maps_[k] != nullptr;
     }
     maps_[kBump + 1] = maps_[kBump + 2] = maps_[kBump];

@@ -63,6 +63,12 @@ bool isDelta(const Lobe& lobe) {
 /// expect.
 float exponent(const Lobe& lobe) { return 8 / std::max(lobe.alpha, 1e-4f); }
 
+/// As alpha of GGX.
+float widthOf(const Lobe& lobe) {
+  return lobe.type == PATINA_LOBE_RI_SPECULAR ? std::sqrt(2 / (exponent(lobe) + 2))
+                                              : std::min(lobe.alpha, 1.0f);
+}
+
 }  // namespace
 
 float fresnelDielectric(float cosine, float eta) {
@@ -103,16 +109,25 @@ bool Bsdf::transmits() const {
   });
 }
 
+float Bsdf::cosineAt(const V3f& wi, bool deltaLight) const {
+  const float side = wi.dot(point_.Ng) > 0 ? 1.0f : -1.0f;
+  return deltaLight ? std::max(side * wi.dot(point_.N), 0.0f)
+                    : foldedCosine(wi, point_.N * side, point_.Ng * side);
+}
+
+Rgb Bsdf::diffuseAt(const V3f& wi, bool deltaLight) const {
+  return (wi.dot(point_.Ng) > 0 ? terms_.reflectance : terms_.transmittance) *
+         (cosineAt(wi, deltaLight) * kInvPi);
+}
+
 Bsdf::Value Bsdf::evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) const {
   Value value;
   const float all = withDiffuse ? total_ : total_ - reflectChance_ - transmitChance_;
   if (!(all > 0)) return value;
   const bool reflected = wi.dot(point_.Ng) > 0;
   if (withDiffuse) {
-    const float side = reflected ? 1.0f : -1.0f;
-    const float cosine = deltaLight ? std::max(side * wi.dot(point_.N), 0.0f)
-                                    : foldedCosine(wi, point_.N * side, point_.Ng * side);
-    value.f += (reflected ? terms_.reflectance : terms_.transmittance) * (cosine * kInvPi);
+    const float cosine = cosineAt(wi, deltaLight);
+    value.f += diffuseAt(wi, deltaLight);
     value.pdf += (reflected ? reflectChance_ : transmitChance_) * cosine * kInvPi;
   }
   const V3f o = frame_.toLocal(wo_), i = frame_.toLocal(wi);
@@ -172,9 +187,10 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
   const float diffuse = withDiffuse ? reflectChance_ + transmitChance_ : 0;
   const float all = withDiffuse ? total_ : total_ - reflectChance_ - transmitChance_;
   if (!(all > 0)) return s;
-  float x = choice * all;
+  float x = choice * all, rest = 0;  // of the choice, uniform in [0, 1) again
   if (x < diffuse) {
     const bool through = x >= reflectChance_;
+    rest = through ? (x - reflectChance_) / transmitChance_ : x / reflectChance_;
     const Frame frame(through ? -point_.N : point_.N);
     s.direction =
         foldDirection(frame.toWorld(sampleCosineHemisphere(random)), through ? -point_.Ng : point_.Ng);
@@ -186,15 +202,16 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
     while (lobe + 1 < lobes_.data() + lobes_.size() && x >= lobeChance(*lobe)) x -= lobeChance(*lobe), ++lobe;
     const float chance = lobeChance(*lobe);
     const float select = std::clamp(x / chance, 0.0f, kOneMinusEpsilon);
+    rest = select;
     const V3f o = frame_.toLocal(wo_);
     if (lobe->custom) {
       if (o.z <= 0 || !lobe->custom->lobe->sample(customAt(*lobe), random, s.direction)) return s;
       s.transmitted = s.direction.dot(frame_.z) < 0;
-      s.alpha = std::min(lobe->alpha, 1.0f);
+      s.alpha = widthOf(*lobe);
       if ((s.direction.dot(point_.Ng) > 0) == s.transmitted) return s;
-      return weighed(s, withDiffuse);
+      return weighed(s, withDiffuse, rest);
     }
-    s.alpha = lobe->type == PATINA_LOBE_RI_SPECULAR ? std::sqrt(2 / (exponent(*lobe) + 2)) : lobe->alpha;
+    s.alpha = widthOf(*lobe);
     V3f h(0, 0, 1);
     if (lobe->type == PATINA_LOBE_RI_SPECULAR) {
       const float c = std::pow(random.x, 1 / (exponent(*lobe) + 1)), r = std::sqrt(std::max(0.0f, 1 - c * c));
@@ -211,6 +228,7 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
       const float f = fresnelDielectric(oh, lobe->eta);
       s.transmitted = select >= f;
       fraction = s.transmitted ? 1 - f : f;
+      rest = (s.transmitted ? select - f : select) / fraction;
       if (s.transmitted && !refract(o, h, lobe->eta, i)) return s;
     }
     s.direction = frame_.toWorld(i).normalized();
@@ -224,19 +242,34 @@ BsdfSample Bsdf::sample(float choice, const V2f& random, bool withDiffuse) const
       return s;
     }
   }
-  return weighed(s, withDiffuse);
+  return weighed(s, withDiffuse, rest);
 }
 
 CustomLobe::At Bsdf::customAt(const Lobe& lobe) const {
   return {*lobe.custom, frame_.z, wo_, lobe.alpha, lobe.eta, point_.P};
 }
 
-/// The sample with the density of its direction by all lobes.
-BsdfSample Bsdf::weighed(BsdfSample s, bool withDiffuse) const {
+/// The sample with the density of its direction by all lobes. Whichever lobe it was drawn by: whether it is a
+/// diffuse or a specular bounce is chosen, by u, by what they scatter there, and it carries the share of that
+/// kind. So the light of each kind is what its lobes say where one of them may go no further.
+BsdfSample Bsdf::weighed(BsdfSample s, bool withDiffuse, float u) const {
   const Value value = evaluate(s.direction, withDiffuse, false);
   if (!(value.pdf > 0)) return s;
   s.pdf = value.pdf;
   s.weight = value.f / value.pdf;
+  if (!withDiffuse || lobes_.empty()) return s;
+  const Rgb diffuse = diffuseAt(s.direction, false);
+  const float share = std::clamp(luminance(diffuse) / luminance(value.f), 0.0f, 1.0f);
+  if (!(share < 1)) return s;
+  const bool wasDiffuse = std::exchange(s.diffuse, u < share);
+  s.weight = s.diffuse ? diffuse / (value.pdf * share) : (value.f - diffuse) / (value.pdf * (1 - share));
+  if (s.diffuse) {
+    s.alpha = 1;
+  } else if (wasDiffuse) {
+    s.alpha = 0;
+    for (const Lobe& lobe : lobes_)
+      if (!isDelta(lobe)) s.alpha = std::max(s.alpha, widthOf(lobe));
+  }
   return s;
 }
 

@@ -26,11 +26,11 @@ inline float foldedCosine(const V3f& w, const V3f& N, const V3f& Ng) {
 
 /// A direction chosen in proportion to a BSDF, roughly.
 struct BsdfSample {
-  V3f direction{0, 0, 1};  ///< unit, away from the point
-  Rgb weight{0, 0, 0};     ///< f |cos| / pdf
-  float pdf = 0;           ///< per solid angle; 0 = nothing to follow. Of delta lobes: 1
-  bool delta = false;      ///< a mirror or smooth glass
-  bool diffuse = false;
+  V3f direction{0, 0, 1};    ///< unit, away from the point
+  Rgb weight{0, 0, 0};       ///< f |cos| / pdf
+  float pdf = 0;             ///< per solid angle; 0 = nothing to follow. Of delta lobes: 1
+  bool delta = false;        ///< a mirror or smooth glass
+  bool diffuse = false;      ///< by what scatters there, not by which lobe drew it
   bool transmitted = false;  ///< to the other side
   float alpha = 0;           ///< roughness of the lobe, for the ray's spread
 };
@@ -68,7 +68,9 @@ class Bsdf {
  private:
   Value evaluate(const V3f& wi, bool withDiffuse, bool deltaLight) const;
   BsdfSample sample(float choice, const V2f& random, bool withDiffuse) const;
-  BsdfSample weighed(BsdfSample s, bool withDiffuse) const;
+  BsdfSample weighed(BsdfSample s, bool withDiffuse, float u) const;
+  float cosineAt(const V3f& wi, bool deltaLight) const;
+  Rgb diffuseAt(const V3f& wi, bool deltaLight) const;  ///< f |cos| of the diffuse terms
   CustomLobe::At customAt(const Lobe& lobe) const;
   float lobeChance(const Lobe& lobe) const;
 

@@ -27,7 +27,7 @@ static_assert(sizeof(PatinaPoints) == 520, "SingleLane copies every plane of a b
 static_assert(sizeof(PatinaValue) == 40, "SingleLane copies every value of a batch");
 static_assert(sizeof(PatinaRadiosityOut) == 128,
               "radiosityAlone() fills every plane, and numbersOf() compares it");
-static_assert(sizeof(PatinaLobe) == 72 && sizeof(PatinaViewOut) == 48,
+static_assert(sizeof(PatinaLobe) == 88 && sizeof(PatinaViewOut) == 48,
               "viewAlone() fills every plane, and numbersOf() compares it");
 static_assert(sizeof(PatinaDisplacementOut) == 56, "so does validateDisplacement()");
 
@@ -161,6 +161,7 @@ Numbers numbersOf(const PatinaViewOut& out, size_t lane) {
     append(numbers, lobe.weight, lane), append(numbers, lobe.transmission, lane);
     numbers.push_back(lobe.alpha[lane]), numbers.push_back(lobe.eta[lane]);
     numbers.push_back(static_cast<float>(lobe.type));
+    for (uint32_t c = 0; c < lobe.data_count; ++c) numbers.push_back(lobe.data[c][lane]);
   }
   return numbers;
 }
@@ -182,8 +183,13 @@ Numbers radiosityAlone(const ShaderInstance& shader, SingleLane& single) {
 Numbers viewAlone(const ShaderInstance& shader, SingleLane& single) {
   Planes& planes = single.planes;
   std::array<PatinaLobe, PATINA_MAX_LOBES> lobes{};
-  for (PatinaLobe& lobe : lobes) {
+  std::array<std::array<float*, PATINA_LOBE_DATA>, PATINA_MAX_LOBES> data;
+  for (size_t k = 0; k < lobes.size(); ++k) {
+    PatinaLobe& lobe = lobes[k];
     lobe.struct_size = sizeof lobe;
+    lobe.data_count = shader.lobeDataCount();
+    for (uint32_t c = 0; c < lobe.data_count; ++c) data[k][c] = planes.out(0);
+    if (lobe.data_count > 0) lobe.data = data[k].data();
     lobe.weight = planes.out3(0), lobe.transmission = planes.out3(0);
     lobe.alpha = planes.out(0), lobe.eta = planes.out(1);
   }

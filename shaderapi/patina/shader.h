@@ -260,7 +260,8 @@ typedef struct PatinaHost {
      * set of tiles. NULL = not found, which has been reported. Textures of data: PATINA_EXTENSION_DATA_TEXTURES. */
     PatinaTexture *(*open_texture)(void *host, const char *name);
     /* [any] Filtered look-up: `width` in s, t units, t = 0 is the top row; s and t wrap around unless the file was made
-     * otherwise (MakeTexture), or choose a tile of a set. `alpha` may be NULL. A NULL texture reads 1. Missing channels of the file repeat its first (grey) or read 1 (alpha). */
+     * otherwise (MakeTexture), or choose a tile of a set. `alpha` may be NULL. A NULL texture reads 1. Missing channels
+     * of the file repeat its first (grey) or read 1 (alpha). */
     PatinaStatus (*texture)(void *host, PatinaTexture *texture, uint32_t count, PatinaPlane s, PatinaPlane t,
                             PatinaPlane width, PatinaOut3 color, float *alpha);
     /* [any] Look-up by direction (any length but zero) in a latitude-longitude picture. As in RI, +z is up and longitude

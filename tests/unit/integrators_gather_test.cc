@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/unit/integrators_render.h"
+#include "tools/patina-bench/statistics.h"
 
 namespace patina {
 namespace {
@@ -72,6 +73,32 @@ TEST(Gather, FollowsWeakLobesSeldom) {
   render(box(weak), {});
   EXPECT_GT(statistic("Radiosity/specular continuations"), 10000);
   EXPECT_LT(statistic("Rays/specular"), 0.3 * statistic("Radiosity/specular continuations"));
+}
+
+/// Walls whose diffuse light and whose sheen go to the same directions: each is cut off by its own depth, and
+/// the other goes on, in all modes alike.
+TEST(Gather, FollowsEachKindOfLightToItsOwnDepth) {
+  for (const bool specular : {false, true}) {
+    std::vector<double> walks, paths;
+    for (int seed = 1; seed <= 12; ++seed) {
+      RenderSettings settings;
+      settings.seed = seed, settings.samples = 4;
+      const std::string depths =
+          std::string("Attribute \"trace\" \"int maxdiffusedepth\" [1] \"int maxspeculardepth\" ") +
+          (specular ? "[1] " : "[0] ");
+      const auto mean = [&](const char* mode, bool unbiased) {
+        settings.mode = mode, settings.unbiased = unbiased;
+        double sum = 0;
+        for (const Rgb& c : render(depths + box("\"float Ks\" [.5] \"float roughness\" [.3] "), settings))
+          sum += c.x;
+        return sum / (kSize * kSize);
+      };
+      walks.push_back(mean("radiosity", true)), paths.push_back(mean("path", false));
+    }
+    const bench::Summary a = bench::summarize(walks), b = bench::summarize(paths);
+    EXPECT_GT(bench::welchTest(a, b).p, 0.01) << a.mean << " " << b.mean << " " << specular;
+    EXPECT_LT(b.standardError(), 0.01 * b.mean) << "else this says nothing";
+  }
 }
 
 }  // namespace

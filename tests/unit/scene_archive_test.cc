@@ -56,9 +56,10 @@ TEST_F(Archives, BySearchPathsCommandLineFirst) {
       write("main.rib", "Option \"searchpath\" \"archive\" \"" + (folder_ / "sub").string() +
                             ":&\" WorldBegin ReadArchive \"a.rib\" Sphere 1 -1 1 360 WorldEnd");
   EXPECT_EQ(read(main).attributesOf(0).color, Rgb(1, 0, 0));
-  EXPECT_EQ(
-      read(main, {.archivePath = (folder_ / "first").string(), .declarationOf = {}}).attributesOf(0).color,
-      Rgb(0, 1, 0));
+  EXPECT_EQ(read(main, {.archivePath = (folder_ / "first").string(), .declarationOf = {}, .makeTexture = {}})
+                .attributesOf(0)
+                .color,
+            Rgb(0, 1, 0));
 }
 
 TEST_F(Archives, TwinsWithAndWithoutGz) {

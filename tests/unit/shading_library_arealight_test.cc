@@ -45,15 +45,15 @@ TEST(AreaLight, FocusAndCone) {
 TEST(AreaLight, TextureIsByTheSurfacesParameters) {
   std::string folder = testing::TempDir() + "patina-arealight-XXXXXX";
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
-  std::ofstream(folder + "/slide.ppm", std::ios::binary)
+  std::ofstream(folder + "/slide_linear.ppm", std::ios::binary)
       << "P6 4 2 255\n"
       << std::string("\0\0\0\63\63\63\146\146\146\231\231\231\314\314\314\377\377\377\377\0\0\0\377\0", 24);
   {
     ErrorHandler errors{[](Severity, std::string_view message) { ADD_FAILURE() << message; }};
     TextureService textures({folder}, {}, size_t{16} << 20, errors);
-    const BoundShader shader("arealight", {text("texturename", "slide.ppm"), number("intensity", 5)}, M44d(),
-                             &textures);
-    for (int k = 0; k < 4; ++k)  // pixels' centres; the file's values are fifths of 255
+    const BoundShader shader("arealight", {text("texturename", "slide_linear.ppm"), number("intensity", 5)},
+                             M44d(), &textures);
+    for (int k = 0; k < 4; ++k)  // pixels' centres; values are fifths of 255, and no sRGB by the file's name
       EXPECT_NEAR(emitted(shader, 1, (float(k) + 0.5f) / 4, 0.25f)[1], k, 1e-4) << k;
     expectNear(emitted(shader, 1, 0.625f, 0.75f), {5, 0, 0}, 1e-4f);
     expectNear(emitted(shader, 1, 0.875f, 0.75f), {0, 5, 0}, 1e-4f);

@@ -31,14 +31,14 @@ const std::string kPlugins = PATINA_BINARY_DIR "/tests/plugins/";
 
 TEST(PatinaShader, ChecksShadersByNameAndFile) {
   const Outcome good = run("--check matte " + kPlugins + "wrong_nothing.so");
-  EXPECT_EQ(good.output, "matte: 16 checks, 0 faults\nwrong_nothing: 16 checks, 0 faults\n");
+  EXPECT_EQ(good.output, "matte: 17 checks, 0 faults\nwrong_nothing: 17 checks, 0 faults\n");
   EXPECT_EQ(good.status, 0);
 }
 
 TEST(PatinaShader, SaysWhatIsWrongAndFails) {
   const Outcome bad = run("--check " + kPlugins + "wrong_exceeds_bound.so");
   EXPECT_THAT(bad.output, HasSubstr("displacement moves P further than its displacement_bound"));
-  EXPECT_THAT(bad.output, HasSubstr("\nwrong_exceeds_bound: 16 checks, 1 fault\n"));
+  EXPECT_THAT(bad.output, HasSubstr("\nwrong_exceeds_bound: 17 checks, 1 fault\n"));
   EXPECT_EQ(bad.status, 1);
 }
 
@@ -48,7 +48,7 @@ TEST(PatinaShader, ChecksAsJson) {
   const auto report = nlohmann::json::parse(bad.output);
   ASSERT_EQ(report.size(), 1u);
   EXPECT_EQ(report[0]["shader"], "wrong_exceeds_bound");
-  EXPECT_EQ(report[0]["checks"], 16);
+  EXPECT_EQ(report[0]["checks"], 17);
   ASSERT_EQ(report[0]["faults"].size(), 1u);
   EXPECT_EQ(report[0]["faults"][0]["entry"], "displacement");
   EXPECT_EQ(report[0]["faults"][0]["check"], "displacement");

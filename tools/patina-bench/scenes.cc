@@ -82,8 +82,9 @@ std::vector<Setting> defaultSettings() {
   std::vector<Setting> all = {
       {"radiosity", "quick", {"--samples", "4", "--rays", "32", "--light-samples", "4"}},
       {"radiosity", "default", {}},
-      {"radiosity", "high", {"--samples", "16", "--rays", "512", "--light-samples", "32"}},
-      {"radiosity", "best", {"--samples", "64", "--rays", "2048", "--light-samples", "64"}},
+      {"radiosity", "fine", {"--samples", "64"}},
+      {"radiosity", "high", {"--samples", "64", "--rays", "512", "--light-samples", "32"}},
+      {"radiosity", "best", {"--samples", "256", "--rays", "2048", "--light-samples", "64"}},
       {"distribution", "4", {"--samples", "4", "--rays", "4", "--light-samples", "1"}},
       {"distribution", "16", {"--samples", "4", "--rays", "16", "--light-samples", "4"}},
       {"distribution", "64", {"--samples", "8", "--rays", "64", "--light-samples", "8"}},

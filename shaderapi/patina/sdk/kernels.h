@@ -319,16 +319,17 @@ __attribute__((flatten)) void viewBlock(const Instance<S>& self, const PatinaPoi
           alpha[k].v[lane] = result.lobes[k].alpha;
           eta[k].v[lane] = result.lobes[k].eta;
         }
-        unrolled<int(Own::kCount)>([&](auto own) PATINA_INLINE_LAMBDA {
-          const auto& from = std::get<size_t(own)>(result.own);
-          constexpr size_t kNumbers = sizeof(from.lobe) / sizeof(float), k = kStandard + size_t(own);
-          weight[k].set(lane, from.weight);
-          transmission[k].set(lane, Color());
-          alpha[k].v[lane] = from.alpha, eta[k].v[lane] = from.eta;
-          float numbers[kNumbers];
-          std::memcpy(numbers, &from.lobe, sizeof numbers);
-          for (size_t c = 0; c < kNumbers; ++c) data[size_t(own)][c].v[lane] = numbers[c];
-        });
+        if constexpr (Own::kCount > 0)
+          unrolled<int(Own::kCount)>([&](auto own) PATINA_INLINE_LAMBDA {
+            const auto& from = std::get<size_t(own)>(result.own);
+            constexpr size_t kNumbers = sizeof(from.lobe) / sizeof(float), k = kStandard + size_t(own);
+            weight[k].set(lane, from.weight);
+            transmission[k].set(lane, Color());
+            alpha[k].v[lane] = from.alpha, eta[k].v[lane] = from.eta;
+            float numbers[kNumbers];
+            std::memcpy(numbers, &from.lobe, sizeof numbers);
+            for (size_t c = 0; c < kNumbers; ++c) data[size_t(own)][c].v[lane] = numbers[c];
+          });
       });
   emission.store(out.emission, first);
   uint32_t used = kLobes;
