@@ -75,6 +75,7 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
   w.promised.assign(end - first, {});
   for (size_t begin = 0, next = 0; begin < w.lightOf.size(); begin = next) {
     const uint32_t light = w.lightOf[begin].light;
+    const bool shared = lights.isShared(light);
     w.positions.clear(), w.random.clear();
     for (next = begin; next < w.lightOf.size() && w.lightOf[next].light == light; ++next) {
       const Workspace::LightOf& of = w.lightOf[next];
@@ -103,7 +104,8 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
         const float cosine = s.delta ? s.direction.dot(point.N) * side
                                      : foldedCosine(s.direction, point.N * side, point.Ng * side);
         if (!(cosine > 0)) continue;
-        const float weight = cosine * share / (s.pdf * static_cast<float>(count));
+        float weight = cosine * share / (s.pdf * static_cast<float>(count));
+        if (shared && sharesSkies(requests[i])) weight *= 1 - skyPart(cosine, s.pdf);
         const float promise = weight * maxComponent(s.radiance * scattered);
         w.shadowed.push_back({i, static_cast<uint32_t>(at), light, k, above, weight, promise});
         Workspace::Promised& sum = w.promised[i - first];

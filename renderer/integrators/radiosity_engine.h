@@ -162,6 +162,11 @@ class RadiosityEngine {
   Request vertexRequest(uint32_t patch, bool front, Level level, uint32_t vertex, int depth,
                         uint8_t keptBounces) const;
   ShadingPoint pointAt(uint32_t patch, bool front, Level level, V2f uv) const;
+  /// Whether the rays of a request's gather and the light samples at its point share the light of skies: see
+  /// skyPart().
+  bool sharesSkies(const Request& request) const {
+    return settings_.indirect && !settings_.points && request.bounces > 0;
+  }
   /// At the vertex itself.
   ShadingPoint cornerAt(uint32_t patch, bool front, Level level, uint32_t vertex) const;
   /// `spots`: which places among vertices the requests are, whose irradiance may be interpolated; or empty.

@@ -244,12 +244,22 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool 
     w.missFrom.push_back(m.from), w.missDirection.push_back(m.direction);
   // Light from the sky, a light at a time.
   for (const uint32_t light : lights.infinite()) {
-    if (w.missed.empty() || !lights.isSmooth(light)) continue;
+    const bool shared = lights.isShared(light);
+    if (w.missed.empty() || !(shared || lights.isSmooth(light))) continue;
     w.missRadiance.resize(w.missed.size()), w.missPdf.resize(w.missed.size());
     lights.evaluate(light, w.missFrom, w.missDirection, w.missRadiance, w.missPdf);
-    for (size_t k = 0; k < w.missed.size(); ++k)
-      if (world_.lightsOf(w.points[w.senders[w.missed[k].slot].request].placement).sees(light))
-        irradiance(w.missed[k].slot) += w.missRadiance[k] * w.missed[k].weight;
+    for (size_t k = 0; k < w.missed.size(); ++k) {
+      const Workspace::Sender& sender = w.senders[w.missed[k].slot];
+      const ShadingPoint& point = w.points[sender.request];
+      if (!world_.lightsOf(point.placement).sees(light)) continue;
+      float part = 1;
+      if (shared) {
+        if (!sharesSkies(requests[sender.request])) continue;
+        const float side = sender.behind ? -1.0f : 1.0f;
+        part = skyPart(foldedCosine(w.missed[k].direction, point.N * side, point.Ng * side), w.missPdf[k]);
+      }
+      irradiance(w.missed[k].slot) += w.missRadiance[k] * w.missed[k].weight * part;
+    }
   }
   // Hits that the cache has no place for.
   if (w.direct.empty()) return;

@@ -69,6 +69,16 @@ struct RadiosityEngine::Fill {
   uint32_t firstCode;
 };
 
+/// Of the light that a sky sends from one direction the part that diffuse rays bring, the rest being that of
+/// light samples: the balance heuristic (Veach and Guibas 1995) for kSkyRays rays to a light sample, however
+/// many there are of each, so that either part may be estimated, interpolated and shared without the other.
+/// `cosine` by foldedCosine(); `pdf` of the light's samples. Of Lights::isShared() skies.
+inline float skyPart(float cosine, float pdf) {
+  constexpr float kSkyRays = 4;
+  const float rays = kSkyRays * cosine * kInvPi;
+  return rays > 0 ? rays / (rays + pdf) : 0;
+}
+
 /// A walk from lobe to lobe.
 struct RadiosityEngine::Walk {
   ShadingPoint point;

@@ -34,6 +34,11 @@ class Lights {
   /// Radiance that hardly depends on direction: found better by sampling the surface's lobes than by sampling
   /// the light.
   bool isSmooth(uint32_t light) const { return lights_[light].smooth; }
+  /// A sky that is sampled, as it is brighter here than there, and that rays of surfaces meet as well.
+  bool isShared(uint32_t light) const {
+    const Entry& e = lights_[light];
+    return e.kind == PATINA_LIGHT_INFINITE && !e.smooth && e.castsShadows;
+  }
   bool isDelta(uint32_t light) const { return lights_[light].kind == PATINA_LIGHT_DELTA; }
   bool twoSided(uint32_t light) const { return lights_[light].twoSided; }
   bool seenByCamera(uint32_t light) const { return lights_[light].cameraVisible; }

@@ -101,5 +101,36 @@ TEST(Gather, FollowsEachKindOfLightToItsOwnDepth) {
   }
 }
 
+/// A sky that is sampled, with a sun in it: its broad part comes by the gathers' rays, the sun by light
+/// samples.
+TEST(Gather, SharesSkiesWithLightSamples) {
+  const std::string world =
+      "TransformBegin Rotate -90 1 0 0 LightSource \"sunsky\" 1 \"vector sundirection\" [-.6 .3 1] "
+      "TransformEnd "
+      "Surface \"matte\" \"float Ka\" [0] \"float Kd\" [.6] "
+      "Polygon \"P\" [-30 -1 -30  30 -1 -30  30 -1 30  -30 -1 30] Translate 0 0 4 Sphere 1 -1 1 360";
+  std::vector<double> rays, paths, shaded;
+  for (int seed = 1; seed <= 8; ++seed) {
+    RenderSettings settings;
+    settings.seed = seed;
+    const auto picture = [&](const char* mode, int samples, bool unbiased) {
+      settings.mode = mode, settings.samples = samples, settings.unbiased = unbiased;
+      return render(world, settings);
+    };
+    const auto mean = [&](const std::vector<Rgb>& pixels) {
+      double sum = 0;
+      for (const Rgb& c : pixels) sum += c.x + c.y + c.z;
+      return sum / (3 * kSize * kSize);
+    };
+    rays.push_back(mean(picture("radiosity", 4, true))), paths.push_back(mean(picture("path", 16, false)));
+    // In the ball's shadow, where the sky alone shines.
+    shaded.push_back(double(picture("radiosity", 4, false)[14 * kSize + 18].z));
+  }
+  const bench::Summary a = bench::summarize(rays), b = bench::summarize(paths), c = bench::summarize(shaded);
+  EXPECT_GT(bench::welchTest(a, b).p, 0.01) << a.mean << " " << b.mean;
+  EXPECT_LT(b.standardError(), 0.01 * b.mean) << "else this says nothing";
+  EXPECT_LT(std::sqrt(c.variance), 0.05 * c.mean);
+}
+
 }  // namespace
 }  // namespace patina
