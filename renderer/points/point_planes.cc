@@ -94,9 +94,12 @@ bool isCovered(const PointTree::Plane& plane) {
   return plane.frontArea >= kCovered * cross.length() / 2 - border * around * plane.piece;
 }
 
+/// Part of a plane's mean radiance by which its surfels' is off what is linear, all in all, where it jumps.
+constexpr double kJump = 0.1;
+
 }  // namespace
 
-void PointTree::findPlanes(Node& node) {
+void PointTree::findPlanes(Node& node, bool isFirst) {
   std::array<Plane, kMostPlanes> found;
   uint8_t count = 0;
   const float thickness = kThick * node.radius;
@@ -124,9 +127,22 @@ void PointTree::findPlanes(Node& node) {
     found[k].slack = found[k].height + kSlack * node.radius;
     node.isCovered = node.isCovered && isCovered(found[k]);
   }
-  fitSlopes(node, std::span(found).first(count));
+  const auto planes = std::span(found).first(count);
+  fitSlopes(node, planes);
+  if (isFirst) node.isParted = count > 1 && jumps(node, planes);
   node.firstPlane = static_cast<uint32_t>(planes_.size()), node.planeCount = count;
   planes_.insert(planes_.end(), found.begin(), found.begin() + count);
+}
+
+/// The plane that a surfel of a node is in.
+size_t PointTree::planeWith(const Node& node, std::span<const Plane> planes, const Surfel& s) {
+  size_t of = 0;
+  float best = kInfinity;
+  for (size_t k = 0; k < planes.size(); ++k) {
+    const float off = (1 - planes[k].N.dot(s.N)) * node.radius + std::abs(planes[k].N.dot(s.P - planes[k].P));
+    if (off < best) best = off, of = k;
+  }
+  return of;
 }
 
 /// Least squares, weighted with areas. A wall's radiance is seldom constant over what is one node from afar,
@@ -141,14 +157,9 @@ void PointTree::fitSlopes(const Node& node, std::span<Plane> planes) const {
   };
   std::array<Sums, kMostPlanes> all;
   for (size_t k = 0; k < planes.size(); ++k) all[k].frame = Frame(planes[k].N);
-  for (const Surfel& s : std::span(surfels_).subspan(node.first, node.count)) {
-    size_t of = 0;
-    float best = kInfinity;
-    for (size_t k = 0; k < planes.size(); ++k) {
-      const float off =
-          (1 - planes[k].N.dot(s.N)) * node.radius + std::abs(planes[k].N.dot(s.P - planes[k].P));
-      if (off < best) best = off, of = k;
-    }
+  const auto own = std::span(surfels_).subspan(node.first, node.count);
+  for (const Surfel& s : own) {
+    const size_t of = planeWith(node, planes, s);
     Sums& sums = all[of];
     const V3f d = sums.frame.toLocal(s.P - planes[of].P);
     const double a = s.area, x = d.x, y = d.y;
@@ -179,6 +190,27 @@ void PointTree::fitSlopes(const Node& node, std::span<Plane> planes) const {
       }
     }
   }
+}
+
+/// Whether the radiance of a node's planes is far from linear.
+bool PointTree::jumps(const Node& node, std::span<const Plane> planes) const {
+  std::array<double, kMostPlanes> off{}, total{};  // squares, of the larger side; times areas
+  for (const Surfel& s : std::span(surfels_).subspan(node.first, node.count)) {
+    const size_t of = planeWith(node, planes, s);
+    const Plane& plane = planes[of];
+    const V3f d = s.P - plane.P;
+    for (const bool back : {false, true}) {
+      if (back && !s.hasBack) continue;
+      const Rgb& mean = back ? plane.back : plane.front;
+      const auto& slope = back ? plane.backSlope : plane.frontSlope;
+      const Rgb fit = mean + Rgb(slope[0].dot(d), slope[1].dot(d), slope[2].dot(d));
+      off[of] += static_cast<double>(s.area * ((back ? s.back : s.front) - fit).length2());
+      total[of] += static_cast<double>(s.area * mean.length2());
+    }
+  }
+  for (size_t k = 0; k < planes.size(); ++k)
+    if (off[k] > kJump * kJump * total[k]) return true;
+  return false;
 }
 
 }  // namespace patina

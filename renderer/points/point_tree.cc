@@ -77,7 +77,7 @@ PointTree::PointTree(std::vector<Surfel> surfels) : surfels_(std::move(surfels))
   }
   surfels_.swap(sorted);
   order_ = {};
-  summarize();
+  summarize(true);
 }
 
 void PointTree::split(uint32_t index, const V3f& corner, float size, int depth) {
@@ -113,7 +113,7 @@ void PointTree::split(uint32_t index, const V3f& corner, float size, int depth) 
 }
 
 /// From the leaves up: children stand behind their parents.
-void PointTree::summarize() {
+void PointTree::summarize(bool isFirst) {
   harmonics_.assign(nodes_.size(), {});
   planes_.clear();
   for (size_t k = nodes_.size(); k-- > 0;) {
@@ -186,7 +186,7 @@ void PointTree::summarize() {
     node.frontArea = static_cast<float>(sums.frontArea), node.backArea = static_cast<float>(sums.backArea);
     node.front = sums.frontArea > 0 ? V3f(sums.front / sums.frontArea) : V3f(0);
     node.back = sums.backArea > 0 ? V3f(sums.back / sums.backArea) : V3f(0);
-    findPlanes(node);
+    findPlanes(node, isFirst);
   }
 }
 
@@ -219,7 +219,7 @@ PointTree::Seen PointTree::lookAtBoth(uint32_t index, const V3f& direction) cons
 void PointTree::setRadiance(std::span<const Rgb> front, std::span<const Rgb> back) {
   for (size_t k = 0; k < surfels_.size(); ++k)
     surfels_[k].front = finiteOr0(front[k]), surfels_[k].back = finiteOr0(back[k]);
-  summarize();
+  summarize(false);
 }
 
 size_t PointTree::memory() const {

@@ -65,7 +65,11 @@ class PointTree {
     uint32_t firstPlane = 0;
     uint8_t planeCount = 0;
     bool isCovered = false;  ///< ... and they fill their planes, so that rays may be traced against those
-    V3f N{0, 0, 1};          ///< isFlat
+    /// Several planes meet in it, and the radiance of one of them jumps: likely where another goes through
+    /// it, as a wall that stands on a floor does, and who is on one side must not see the light of the other.
+    /// Of the radiances that surfels are handed in with: as the tree is, it stays.
+    bool isParted = false;
+    V3f N{0, 0, 1};                     ///< isFlat
     float frontArea = 0, backArea = 0;  ///< sums of areas, by sides that are seen
     Rgb front{0, 0, 0}, back{0, 0, 0};  ///< isFlat: mean radiance of each side
     bool isLeaf() const { return children == 0; }
@@ -114,9 +118,11 @@ class PointTree {
     } front, back;
   };
   void split(uint32_t node, const V3f& corner, float size, int depth);
-  void summarize();
-  void findPlanes(Node& node);
+  void summarize(bool isFirst);
+  void findPlanes(Node& node, bool isFirst);
   void fitSlopes(const Node& node, std::span<Plane> planes) const;
+  bool jumps(const Node& node, std::span<const Plane> planes) const;
+  static size_t planeWith(const Node& node, std::span<const Plane> planes, const Surfel& surfel);
 
   std::vector<Surfel> surfels_;
   std::vector<Plane> planes_;

@@ -14,6 +14,8 @@ constexpr uint32_t kBits = 21, kFirst = (127 - 40) << 2;
 constexpr float kHides = 0.99f;
 /// The solid angle of a node that is drawn as a square, in pixels of the top's middle.
 constexpr float kOutline = 2;
+/// ... and of one that stands for what is lit and what is dark, where walls meet.
+constexpr float kPart = 0.25f;
 
 }  // namespace
 
@@ -139,9 +141,10 @@ void PointRaster::look(const PointTree& tree, const Visit& visit, size_t shell) 
   // Of a sphere with the radius r at the distance d: 2 pi (1 - root(1 - r^2 / d^2)), about pi r^2 / d^2.
   // What lies in no planes has an outline that its square does not follow: it is no larger than kOutline.
   const float pixel = 2 / static_cast<float>(resolution_);
-  const float most = node.planeCount > 0 && node.isCovered
-                         ? maxSolidAngle_
-                         : std::min(maxSolidAngle_, kOutline * pixel * pixel);
+  const float most = node.planeCount == 0 || !node.isCovered
+                         ? std::min(maxSolidAngle_, kOutline * pixel * pixel)
+                     : node.isParted ? std::min(maxSolidAngle_, kPart * pixel * pixel)
+                                     : maxSolidAngle_;
   const bool isFar =
       distance2 * most > kPi * node.radius * node.radius && distance2 > 4 * node.radius * node.radius;
   if (isFar && node.isCovered && node.planeCount > 0) {

@@ -117,6 +117,24 @@ TEST(Points, SheetsOfAWallAreNoTangle) {
   EXPECT_EQ(statistic("Points/tangles that share irradiance"), 0);
 }
 
+TEST(Points, NodesThatAWallStandsInAreNotWhatBothSidesSee) {
+  // No boundary of the octree is there: its nodes have light on one side of the wall. What is left is of
+  // pieces that the wall stands on.
+  for (const int sheets : {1, 2}) {
+    std::string rooms = kTwoRooms;
+    const auto replace = [&rooms](const std::string& of, const std::string& with) {
+      rooms.replace(rooms.find(of), of.size(), with);
+    };
+    replace("Polygon \"P\" [0 -1 -1  0 1 -1  0 1 1  0 -1 1]", fineWall(sheets, -0.21));
+    replace("ShadingRate 16", "ShadingRate 0.25");
+    const Rgb dark = mean(render(rooms, bounces(1)));
+    replace("Translate 0 0", "Translate .5 0");
+    const Rgb lit = mean(render(rooms, bounces(1)));
+    EXPECT_GT(lit.x, 0.3f);
+    EXPECT_LT(dark.x, 0.0015f * lit.x) << sheets;
+  }
+}
+
 /// Leaves of one face each, of all directions; or combed hair, all of it turned alike.
 std::string leaves(int count, bool combed) {
   std::string counts, vertices, points;
