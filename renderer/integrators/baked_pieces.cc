@@ -65,8 +65,13 @@ std::vector<BakedPoints::Whole> BakedPoints::wholesOf(uint32_t placement, bool w
     std::array<V3f, 4> P;
     for (size_t k = 0; k < static_cast<size_t>(corners.count); ++k)
       P[k] = geometry.facet(placement, face, corners.at[k].x, corners.at[k].y).P;
+    // What a pixel is as wide as there, in view or not.
+    const RasterCamera& camera = world_.camera();
     const float area = crossOf(std::span(P).first(static_cast<size_t>(corners.count))).length();
-    return std::isfinite(area) ? area : 0;
+    const float distance = std::max(camera.nearestDistance(P[0], 0), std::sqrt(area));
+    const float pixels = camera.pixelsPerUnit(distance);
+    const float seen = area * pixels * pixels;
+    return std::isfinite(seen) ? seen : 0;
   };
   const auto [first, patchCount] = patches.patchesOf(placement);
   bool grouped = false;
@@ -249,8 +254,8 @@ void BakedPoints::addPieces(uint32_t placement, std::span<const Whole> wholes, f
   if (!run.empty()) addRun();
 }
 
-/// Where memory is short, the smallest pieces grow first, of all objects alike: large ones, as those of a
-/// room's walls around a fine sculpture, stay as they are.
+/// Where memory is short, the smallest pieces grow first, as seen from the camera, of all objects alike:
+/// large ones, as those of a room's walls around a fine sculpture, stay as they are.
 std::vector<BakedPoints::Piece> BakedPoints::collectAll(size_t room, size_t fewer,
                                                         size_t& micropolygons) const {
   const auto placements = static_cast<uint32_t>(world_.geometry().placements().size());
@@ -267,9 +272,10 @@ std::vector<BakedPoints::Piece> BakedPoints::collectAll(size_t room, size_t fewe
   };
   find(false);
   micropolygons = count(0);
-  float least = 0;
-  if (micropolygons > room) {
-    find(true);
+  float least = settings_.surfelSize;
+  if (least > 0) find(true);
+  if (count(least) > room) {
+    if (!(least > 0)) find(true);
     double area = 0;
     for (const std::vector<Whole>& of : wholes)
       for (const Whole& whole : of) area += static_cast<double>(whole.area);
@@ -280,7 +286,7 @@ std::vector<BakedPoints::Piece> BakedPoints::collectAll(size_t room, size_t fewe
       const double middle = (low + high) / 2;
       (count(static_cast<float>(std::exp(middle))) > fewer ? low : high) = middle;
     }
-    least = static_cast<float>(std::exp(high));
+    least = std::max(least, static_cast<float>(std::exp(high)));
   }
   std::vector<Piece> pieces;
   for (uint32_t k = 0; k < placements && !world_.interrupted(); ++k) addPieces(k, wholes[k], least, pieces);

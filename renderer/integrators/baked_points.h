@@ -21,6 +21,9 @@ class BakedPoints {
     /// leave is for what rasters saw, so that only the first bounce draws them; those that find no room are
     /// drawn again. With two bounces or less, which draw none twice, pieces may take all.
     size_t bytes = size_t{256} << 20;
+    /// Pixels that a piece covers at least, about, were it seen from the front: of smaller micropolygons some
+    /// are one piece. 0: none are.
+    float surfelSize = 1;
   };
   /// Cuts what diffuse rays see into pieces, one for each micropolygon of its patches where memory allows
   /// it, and shades them: with direct light first, then again, with what they gather from each other, for
@@ -72,7 +75,7 @@ class BakedPoints {
   struct Whole {
     uint32_t patch, face;  ///< patch kNone: in a group of small faces
     uint32_t group;        ///< ... which is this patch
-    float area;            ///< world units squared; 0 where nobody asked
+    float area;            ///< in pixels where it is, in view or not; 0 where nobody asked
   };
   std::vector<Whole> wholesOf(uint32_t placement, bool wantsArea) const;
   int stepOf(const Whole& whole, float least) const;

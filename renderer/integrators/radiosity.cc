@@ -276,6 +276,7 @@ std::unique_ptr<Integrator> makePointsIntegrator(const World& world) {
   of.raster.maxSolidAngle = over.maxSolidAngle.value_or(said.maxSolidAngle.value_or(of.raster.maxSolidAngle));
   of.raster.resolution = over.resolution.value_or(said.resolution.value_or(of.raster.resolution));
   of.bounces = over.bounces.value_or(said.bounces.value_or(of.bounces));
+  of.surfelSize = over.surfelSize.value_or(said.surfelSize.value_or(of.surfelSize));
   const int kilobytes = over.memoryKb.value_or(said.memoryKb.value_or(static_cast<int>(of.bytes / 1024)));
   of.bytes = static_cast<size_t>(kilobytes) * 1024;
   auto points = std::make_unique<const BakedPoints>(world, settings, of);

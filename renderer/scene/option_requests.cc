@@ -227,9 +227,17 @@ void SceneBuilder::readPointOptions(const ParamList& params, const Location& at)
   whole("resolution", PointOptions::kLeastResolution, PointOptions::kMostResolution, 2, points.resolution,
         "an even number from 4 to 128");
   whole("bounces", 1, PointOptions::kMostBounces, 1, points.bounces, "1 to 64");
+  if (params.find("surfelsize")) {
+    const float size = params.floatValue("surfelsize", 0);
+    if (size >= 0 && size <= PointOptions::kMostSurfelSize)
+      points.surfelSize = size;
+    else
+      refuse("surfelsize", size, "0 to 1e6");
+  }
   whole("memory", 1, std::numeric_limits<int>::max(), 1, points.memoryKb, "kilobytes");
-  params.reportUnread(errors_, "Option \"points\"",
-                      std::array<std::string_view, 4>{"maxsolidangle", "resolution", "bounces", "memory"});
+  params.reportUnread(
+      errors_, "Option \"points\"",
+      std::array<std::string_view, 5>{"maxsolidangle", "resolution", "bounces", "memory", "surfelsize"});
 }
 
 void SceneBuilder::option(std::string_view name, const ParamList& params, const Location& at) {

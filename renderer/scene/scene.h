@@ -314,12 +314,13 @@ struct Quantization {
 
 /// Of mode points, as far as they are said.
 struct PointOptions {
-  static constexpr float kLeastAngle = 1e-4f, kMostAngle = 1;
+  static constexpr float kLeastAngle = 1e-4f, kMostAngle = 1, kMostSurfelSize = 1e6f;
   static constexpr int kLeastResolution = 4, kMostResolution = 128, kMostBounces = 64;
   std::optional<float> maxSolidAngle;  ///< steradians above which a group of points is taken apart
   std::optional<int> resolution;       ///< pixels along an edge of a point's raster: even
   std::optional<int> bounces;          ///< of diffuse light, 1 or more
   std::optional<int> memoryKb;         ///< of the octree: 1 or more
+  std::optional<float> surfelSize;     ///< pixels that a point covers at least: 0 or more
 };
 
 struct Options {

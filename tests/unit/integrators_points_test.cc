@@ -32,6 +32,12 @@ PointOptions bounces(int n) {
   return options;
 }
 
+/// One for each micropolygon, however small.
+PointOptions allOf(PointOptions options) {
+  options.surfelSize = 0;
+  return options;
+}
+
 const std::string kFront =
     "Format 24 24 1 PixelFilter \"box\" 1 1 ShadingRate 16 Projection \"perspective\" \"fov\" [90] ";
 
@@ -112,7 +118,7 @@ TEST(Points, SheetsOfAWallAreNoTangle) {
   std::string rooms = kTwoRooms;
   const std::string wall = "Polygon \"P\" [0 -1 -1  0 1 -1  0 1 1  0 -1 1]";
   rooms.replace(rooms.find(wall), wall.size(), fineWall(2, -0.21));
-  render(rooms, bounces(2));
+  render(rooms, allOf(bounces(2)));
   EXPECT_GT(statistic("Points/surfels"), 8000);
   EXPECT_EQ(statistic("Points/tangles that share irradiance"), 0);
 }
@@ -159,7 +165,7 @@ TEST(Points, TanglesShareIrradiance) {
   // As in an empty furnace; each leaf for itself would be some 20 000 rasters.
   for (const bool combed : {false, true}) {
     const std::string rib = kFront + "WorldBegin " + glow(3) + kBox + leaves(10000, combed) + " WorldEnd";
-    const Rgb seen = mean(render(rib, bounces(3)));
+    const Rgb seen = mean(render(rib, allOf(bounces(3))));
     EXPECT_GT(statistic("Points/tangles that share irradiance"), 100) << combed;
     EXPECT_LT(statistic("Points/rasters drawn"), 16000) << combed;
     const float albedos[3] = {0.8f, 0.5f, 0.2f};
@@ -233,7 +239,7 @@ TEST(Points, ScarceMemoryMakesTheSmallestPiecesLarger) {
   const std::string rib =
       kFront + "ShadingRate .5 WorldBegin " + glow(3) + kBox + leaves(10000, false) + " WorldEnd";
   for (const int n : {1, 3}) {
-    PointOptions few = bounces(n);
+    PointOptions few = allOf(bounces(n));
     few.memoryKb = 3000;
     const Rgb seen = mean(render(rib, few));
     EXPECT_GT(statistic("Points/micropolygons along a surfel"), 1.5) << n;
@@ -243,6 +249,25 @@ TEST(Points, ScarceMemoryMakesTheSmallestPiecesLarger) {
       EXPECT_NEAR(seen[c] / (0.2f * (1 - std::pow(albedos[c], static_cast<float>(n + 1))) / (1 - albedos[c])),
                   1, 0.03)
           << n << ' ' << c;
+  }
+}
+
+TEST(Points, SurfelsAreAsLargeAsIsAskedFor) {
+  // Far away and near, and in front of a plain whose pieces towards the horizon are large but look small.
+  const std::string rib = kFront + "ShadingRate .25 WorldBegin " + glow(1) +
+                          "Translate 0 -.5 2 Sphere .4 -.4 .4 360 Translate 0 0 18 Sphere 4 -4 4 360 "
+                          "Polygon \"P\" [-1e4 -1 -19  -1e4 -1 1e4  1e4 -1 1e4  1e4 -1 -19] WorldEnd";
+  double before = 0;
+  for (const float size : {0.0f, 1.0f, 4.0f}) {
+    PointOptions options = bounces(1);
+    options.surfelSize = size;
+    render(rib, options);
+    const double count = statistic("Points/surfels");
+    if (size > 0) {
+      EXPECT_LT(count, 0.6 * before) << size;
+      EXPECT_GT(count, 0.05 * before) << size;
+    }
+    before = count;
   }
 }
 

@@ -219,20 +219,22 @@ TEST(Options, NoticesAreLimited) {
 
 TEST(Options, Points) {
   const Built built =
-      build(R"(Option "points" "maxsolidangle" [.01] "resolution" [32] "bounces" [2] "memory" [1000]
+      build(R"(Option "points" "maxsolidangle" [.01] "resolution" [32] "bounces" [2] "memory" [1000] "surfelsize" [4]
     WorldBegin WorldEnd)");
   const PointOptions& points = built.world().options.points;
   EXPECT_EQ(points.maxSolidAngle, .01f);
   EXPECT_EQ(points.resolution, 32);
   EXPECT_EQ(points.bounces, 2);
   EXPECT_EQ(points.memoryKb, 1000);
+  EXPECT_EQ(points.surfelSize, 4);
   EXPECT_TRUE(built.messages.empty());
   const Built wrong =
-      build(R"(Option "points" "maxsolidangle" [7] "resolution" [15] "bounces" [0] "memory" [-1]
+      build(R"(Option "points" "maxsolidangle" [7] "resolution" [15] "bounces" [0] "memory" [-1] "surfelsize" [-1]
     WorldBegin WorldEnd)");
-  EXPECT_EQ(wrong.messages.size(), 4u);
+  EXPECT_EQ(wrong.messages.size(), 5u);
   EXPECT_FALSE(wrong.world().options.points.resolution);
   EXPECT_FALSE(wrong.world().options.points.bounces);
+  EXPECT_FALSE(wrong.world().options.points.surfelSize);
 }
 
 }  // namespace

@@ -78,6 +78,9 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       });
   app.add_option("--points-bounces", render.points.bounces, "Mode points: bounces of diffuse light")
       ->check(CLI::Range(1, PointOptions::kMostBounces));
+  app.add_option("--points-surfelsize", render.points.surfelSize,
+                 "Mode points: pixels that a point covers at least, of what has more micropolygons")
+      ->check(CLI::Range(0.0f, PointOptions::kMostSurfelSize));
   app.add_option("--points-memory", pointsMegabytes, "Mode points: MB of the points' octree")
       ->check(CLI::Range(0.001, 1e6));
   app.add_option("--seed", render.seed, "Of random numbers: others give independent noise")
