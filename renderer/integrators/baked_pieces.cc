@@ -173,6 +173,7 @@ BakedPoints::Piece BakedPoints::asOne(std::span<const Piece> run) {
     one.isMany = true, one.surfelP = P, one.surfelN = N;
     one.area = static_cast<float>(cross.length());
     one.radius = std::sqrt(kOverlap * one.area);
+    for (const Piece& p : run) one.thickness = std::max(one.thickness, std::abs((p.P - P).dot(N)));
   } else {
     const float scale = whole / one.area;
     one.area = whole;

@@ -52,12 +52,14 @@ void BakedPoints::findInnerSides(const std::vector<Piece>& pieces, size_t placem
     const V3d away = V3d(surfels[k].P) - s.middle / s.area;
     s.flux += away.dot(V3d(surfels[k].N)) * static_cast<double>(surfels[k].area);
   }
+  innerOf_.assign(placements, Surfel::Inner::None);
   constexpr double kCancelled = 0.02, kVolume = 0.02;  // of a ball's flux 0.28 of the area's power of 3/2
   for (size_t k = 0; k < pieces.size(); ++k) {
     const Sums& s = sums[pieces[k].placement];
     if (!(s.area > 0) || s.normal.length() > kCancelled * s.area) continue;
     if (std::abs(s.flux) < kVolume * std::pow(s.area, 1.5)) continue;
     surfels[k].inner = s.flux > 0 ? Surfel::Inner::Back : Surfel::Inner::Front;
+    surfels[k].owner = pieces[k].placement, innerOf_[pieces[k].placement] = surfels[k].inner;
   }
 }
 
@@ -84,7 +86,7 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
     // Between the surface and the plane of the corners: so that bent pieces hide as much as there is, neither
     // what tangents cut off nor what chords leave out.
     s.P = (point.P + p.P) / 2, s.N = point.Ng, s.area = p.area, s.radius = p.radius, s.hasBack = p.hasBack;
-    if (p.isMany) s.P = p.surfelP, s.N = p.surfelN;
+    if (p.isMany) s.P = p.surfelP, s.N = p.surfelN, s.thickness = p.thickness;
     s.U = p.U;
     s.halfU = p.halfU, s.halfV = p.halfV;
   });
@@ -301,9 +303,13 @@ PointRaster::Estimate BakedPoints::irradiance(const ShadingPoint& point, bool be
   };
   const float turn = toUnit(static_cast<uint32_t>(hashOf(seed, behind) >> 32));
   thread_local SurfelView view;
-  const PointRaster::Estimate seen =
-      raster->gather(*tree_, point.P, N, turn, kErrors * point.error,
-                     list.smooth ? sky : PointRaster::Environment(), withSurfels, views_ ? &view : nullptr);
+  // Delayed archives bring placements that were not there while baking.
+  const Surfel::Inner inner =
+      point.placement < innerOf_.size() ? innerOf_[point.placement] : Surfel::Inner::None;
+  const bool isOutside = inner == (point.front != behind ? Surfel::Inner::Back : Surfel::Inner::Front);
+  const PointRaster::Estimate seen = raster->gather(
+      *tree_, point.P, N, turn, kErrors * point.error, list.smooth ? sky : PointRaster::Environment(),
+      withSurfels, isOutside ? point.placement : Surfel::kNobody, views_ ? &view : nullptr);
   lookedCount += seen.looked;
   if (views_) views_->keep(key, view);
   return seen;

@@ -52,6 +52,7 @@ class BakedPoints {
     /// Of neighbours that this one stands for, with them: their mean. Otherwise P, and N.
     V3f surfelP, surfelN;
     bool isMany = false;
+    float thickness = 0;  ///< most distance of one of them from the plane of all
     /// In front and behind: something stands between the vertices around it, so that it is looked at by
     /// itself.
     std::array<bool, 2> isAlone{false, false};
@@ -86,8 +87,7 @@ class BakedPoints {
   /// All pieces, if those are no more than `room`, and otherwise about `fewer`, of which the smallest are
   /// made larger. `micropolygons`: how many those would be without a limit.
   std::vector<Piece> collectAll(size_t room, size_t fewer, size_t& micropolygons) const;
-  static void findInnerSides(const std::vector<Piece>& pieces, size_t placements,
-                             std::vector<Surfel>& surfels);
+  void findInnerSides(const std::vector<Piece>& pieces, size_t placements, std::vector<Surfel>& surfels);
   ShadingPoint pointOf(const Piece& piece, bool front) const;
   uint64_t seedOf(const Piece& piece, bool front) const;
   PointRaster::Estimate lookFrom(const Piece& piece, bool front) const;
@@ -124,6 +124,7 @@ class BakedPoints {
   const Settings settings_;
   std::unique_ptr<PointTree> tree_;
   bool isBaked_ = false;
+  std::vector<Surfel::Inner> innerOf_;  ///< by placement
   std::unique_ptr<SurfelViews> views_;  ///< while baking several bounces: what rasters saw in the first
   std::vector<Cluster> clusters_;       ///< while baking
 };

@@ -19,6 +19,8 @@ constexpr float kLayer = 2;
 /// Surfels of the surface that the place is on: so many radii away, a part of a radius above or below it,
 /// with normals at most so far apart.
 constexpr float kOwnReach = 2, kOwnHeight = 0.3f, kOwnCosine = 0.7f;
+/// ... of rough pieces, whose parts are not turned as the whole is.
+constexpr float kRoughCosine = 0.2f;
 /// ... and in which the place is not in a hollow by so much of a radius.
 constexpr float kHollow = 1e-3f;
 
@@ -74,12 +76,12 @@ PointRaster::PointRaster(const Settings& settings)
 
 PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, const V3f& N, float turn,
                                           float nearest, const Environment& environment, bool lit,
-                                          SurfelView* view) {
+                                          uint32_t outside, SurfelView* view) {
   std::fill(content_.begin(), content_.end(), Content());
   std::fill(t_.begin(), t_.end(), kInfinity);
   traced_.clear(), drawn_.clear(), parts_.clear();
   isViewed_ = view != nullptr && lit;
-  P_ = P, nearest_ = nearest, looked_ = 0;
+  P_ = P, nearest_ = nearest, outside_ = outside, looked_ = 0;
   frame_ = Frame(N);
   const float angle = 2 * kPi * turn;
   const V3f x = frame_.x * std::cos(angle) + frame_.y * std::sin(angle);
@@ -204,22 +206,30 @@ void PointRaster::add(const V3f& local, float area, const Rgb& radiance, bool is
   }
 }
 
+/// Whether the side of a piece is an inner one that the place does not see.
+bool PointRaster::isGap(Surfel::Inner inner, uint32_t owner, bool front) const {
+  return owner != Surfel::kNobody && owner == outside_ &&
+         inner == (front ? Surfel::Inner::Front : Surfel::Inner::Back);
+}
+
 void PointRaster::traceSurfel(const PointTree& tree, uint32_t index) {
   const Surfel& s = tree.surfels()[index];
   const V3f center = s.P - P_;
   const float slack = 0.01f * s.radius;
-  const bool front = s.N.dot(center) < 0;
+  bool front = s.N.dot(center) < 0;
+  if (isGap(s.inner, s.owner, front)) front = !front || !s.hasBack;
   traced_.push_back({front ? s.front : s.back, center, nullptr,
                      addPart(front ? SurfelView::Kind::SurfelFront : SurfelView::Kind::SurfelBack, index)});
   trace<false>({s.N, s.U, s.N.cross(s.U), center, std::min(s.halfU, s.radius) + slack,
                 std::min(s.halfV, s.radius) + slack, s.radius * s.radius, V3f(0), V3f(0)});
 }
 
-void PointRaster::tracePlane(const PointTree& tree, uint32_t index) {
+void PointRaster::tracePlane(const PointTree& tree, uint32_t index, const PointTree::Node& node) {
   const PointTree::Plane& plane = tree.planes()[index];
   const V3f center = plane.center - P_;
-  const bool front = plane.N.dot(center) < 0;
+  bool front = plane.N.dot(center) < 0;
   if (!front && plane.backArea == 0) return;
+  if (isGap(node.inner, node.owner, front)) front = !front || plane.backArea == 0;
   traced_.push_back({front ? plane.front : plane.back, plane.P - P_,
                      front ? &plane.frontSlope : &plane.backSlope,
                      addPart(front ? SurfelView::Kind::PlaneFront : SurfelView::Kind::PlaneBack, index)});
@@ -233,7 +243,8 @@ bool PointRaster::isOwn(const Surfel& s, float distance2, float height) const {
   const float cosine = frame_.z.dot(s.N);
   const float above = cosine > 0 ? height : -height;  // of the place over the piece
   return distance2 < kOwnReach * kOwnReach * s.radius * s.radius && above < kHollow * s.radius &&
-         above > -kOwnHeight * s.radius && std::abs(cosine) > kOwnCosine;
+         above > -kOwnHeight * s.radius - s.thickness &&
+         std::abs(cosine) > (s.thickness > 0 ? kRoughCosine : kOwnCosine);
 }
 
 /// Of a place in the raster's frame: along a face's axis, u and v, which are those of the raster or their

@@ -35,10 +35,13 @@ class PointRaster {
   /// Irradiance at P on the side of N (unit; world space). `turn`, 0 to 1: the angle of the raster around N,
   /// for rasters of neighbours to differ. What is nearer than `nearest` is not seen.
   /// `lit` false: surfels are black, and only hide the environment.
+  /// `outside`: the surface (Surfel::owner) on whose outer side the place is. Its inner sides are not to be
+  /// seen from there; where they are, as its pieces do not fit, they look as the outer ones do.
   /// `view`: gets what is seen; the estimate's irradiance is then from there, so that it is the same when
   /// that is asked again. nullptr: nobody wants it.
   Estimate gather(const PointTree& tree, const V3f& P, const V3f& N, float turn, float nearest,
-                  const Environment& environment, bool lit = true, SurfelView* view = nullptr);
+                  const Environment& environment, bool lit = true, uint32_t outside = Surfel::kNobody,
+                  SurfelView* view = nullptr);
 
  private:
   struct Pixel {
@@ -84,7 +87,8 @@ class PointRaster {
     V3f boxCenter, half;  ///< read with IsBoxed only
   };
   void traceSurfel(const PointTree& tree, uint32_t index);
-  void tracePlane(const PointTree& tree, uint32_t index);
+  void tracePlane(const PointTree& tree, uint32_t index, const PointTree::Node& node);
+  bool isGap(Surfel::Inner inner, uint32_t owner, bool front) const;
   template <bool IsBoxed>
   void trace(const Target& target);
   /// The pixels of a face in which something of a target's rectangle may be.
@@ -166,6 +170,7 @@ class PointRaster {
   V3f P_{0, 0, 0};
   Frame frame_{V3f(0, 0, 1)};
   float nearest_ = 0;
+  uint32_t outside_ = Surfel::kNobody;
   uint32_t looked_ = 0;
 };
 

@@ -17,7 +17,8 @@ bool isUsable(const Surfel& s) {
   constexpr float kFarthest = 1e15f;  // squares of distances do not overflow
   return isFinite(s.P) && maxAbsComponent(s.P) < kFarthest && s.radius < kFarthest && isFinite(s.N) &&
          std::isfinite(s.area) && s.area > 0 && std::isfinite(s.radius) && s.radius >= 0 &&
-         std::abs(s.N.length2() - 1) < 1e-2f && isFinite(s.U) && s.halfU >= 0 && s.halfV >= 0;
+         s.thickness >= 0 && std::abs(s.N.length2() - 1) < 1e-2f && isFinite(s.U) && s.halfU >= 0 &&
+         s.halfV >= 0;
 }
 
 Rgb finiteOr0(const Rgb& c) { return isFinite(c) ? c : Rgb(0, 0, 0); }
@@ -165,10 +166,15 @@ void PointTree::summarize(bool isFirst) {
       if (!c.isFlat) least = -1;
     }
     node.inner = node.isLeaf() ? own[0].inner : nodes_[node.children].inner;
-    for (const Surfel& s : own.first(node.isLeaf() ? own.size() : 0))
+    node.owner = node.isLeaf() ? own[0].owner : nodes_[node.children].owner;
+    for (const Surfel& s : own.first(node.isLeaf() ? own.size() : 0)) {
       if (s.inner != node.inner) node.inner = Surfel::Inner::None;
-    for (uint32_t child = node.children; child < node.children + node.childCount; ++child)
+      if (s.owner != node.owner) node.owner = Surfel::kNobody;
+    }
+    for (uint32_t child = node.children; child < node.children + node.childCount; ++child) {
       if (nodes_[child].inner != node.inner) node.inner = Surfel::Inner::None;
+      if (nodes_[child].owner != node.owner) node.owner = Surfel::kNobody;
+    }
     node.center = box.center();
     node.half = box.size() / 2;
     node.radius = 0;
@@ -204,6 +210,12 @@ PointTree::Seen PointTree::look(uint32_t index, const V3f& direction, bool back)
   if (!(area > 0)) return {};
   const auto mean = [&](size_t c) { return std::max(0.0f, dot(h.power[c], basis) / area); };
   return {area, {mean(0), mean(1), mean(2)}, isInner};
+}
+
+PointTree::Seen PointTree::lookAtGap(uint32_t index, const V3f& direction, bool back) const {
+  Seen seen = look(index, direction, back);
+  seen.radiance = inGap(index);
+  return seen;
 }
 
 PointTree::Seen PointTree::lookAtBoth(uint32_t index, const V3f& direction) const {

@@ -17,6 +17,7 @@ struct Surfel {
   V3f N{0, 0, 1};                     ///< unit, world space: towards the front
   float area = 0;                     ///< of the piece, world units squared: what it covers from afar
   float radius = 0;                   ///< of a disc that covers the piece: what a ray meets from near
+  float thickness = 0;                ///< of a rough piece: how far it is from the disc at most
   Rgb front{0, 0, 0}, back{0, 0, 0};  ///< radiance that leaves
   /// The piece is within a rectangle around P, too, one of whose sides is along U (unit, at right angles to
   /// N).
@@ -26,7 +27,9 @@ struct Surfel {
   V3f bound() const;
   /// Part of a closed surface (a ball, not a wall): which side is inside of it.
   enum class Inner : uint8_t { None, Back, Front } inner = Inner::None;
-  bool hasBack = true;  ///< false: nobody sees the back, as that of a closed surface; it covers nothing
+  static constexpr uint32_t kNobody = ~0u;
+  uint32_t owner = kNobody;  ///< of what is closed: the same number for all of one surface
+  bool hasBack = true;       ///< false: nobody sees the back, as that of a closed surface; it covers nothing
 };
 
 /// Real spherical harmonics of the first three bands (R. Ramamoorthi, P. Hanrahan 2001, "An Efficient
@@ -60,6 +63,7 @@ class PointTree {
     /// would show it from its edge and from behind.
     bool isFlat = false;
     Surfel::Inner inner = Surfel::Inner::None;  ///< all surfels'
+    uint32_t owner = Surfel::kNobody;           ///< all surfels'
     /// All that is in it lies in few planes: a wall, or where walls meet. planes() from `firstPlane` on; 0:
     /// it does not.
     uint32_t firstPlane = 0;
@@ -95,6 +99,13 @@ class PointTree {
   static constexpr int kMostPlanes = 3;
   /// Fronts, or backs, of node `index`, seen along `direction`, which is unit and points away from it.
   Seen look(uint32_t index, const V3f& direction, bool back) const;
+  /// The same of an inner side, which looks as the mean of the outer one does.
+  Seen lookAtGap(uint32_t index, const V3f& direction, bool back) const;
+  /// Radiance of its inner side there.
+  const Rgb& inGap(uint32_t index) const {
+    const Node& node = nodes_[index];
+    return node.inner == Surfel::Inner::Back ? node.front : node.back;
+  }
   /// Both sides, of which neither is before the other: of a tangle some pieces show this and some that.
   Seen lookAtBoth(uint32_t index, const V3f& direction) const;
 

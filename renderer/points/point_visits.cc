@@ -148,7 +148,7 @@ void PointRaster::look(const PointTree& tree, const Visit& visit, size_t shell) 
   const bool isFar =
       distance2 * most > kPi * node.radius * node.radius && distance2 > 4 * node.radius * node.radius;
   if (isFar && node.isCovered && node.planeCount > 0) {
-    for (uint32_t k = node.firstPlane; k < node.firstPlane + node.planeCount; ++k) tracePlane(tree, k);
+    for (uint32_t k = node.firstPlane; k < node.firstPlane + node.planeCount; ++k) tracePlane(tree, k, node);
     return;
   }
   if (isFar && local.z > node.radius) {
@@ -162,9 +162,14 @@ void PointRaster::look(const PointTree& tree, const Visit& visit, size_t shell) 
       return;
     }
     for (const bool back : {false, true}) {
-      const PointTree::Seen seen = tree.look(index, direction, back);
+      const bool gap = isGap(node.inner, node.owner, !back);
+      const PointTree::Seen seen =
+          gap ? tree.lookAtGap(index, direction, back) : tree.look(index, direction, back);
       add(local, std::min(seen.area, largest), seen.radiance, seen.isInner,
-          back ? Kind::NodeBack : Kind::NodeFront, index);
+          gap    ? Kind::NodeGap
+          : back ? Kind::NodeBack
+                 : Kind::NodeFront,
+          index);
     }
     return;
   }
@@ -186,9 +191,10 @@ void PointRaster::look(const PointTree& tree, const Visit& visit, size_t shell) 
     } else {
       const float d = std::sqrt(d2);
       const bool front = cosine > 0;
-      add(at, s.area * std::abs(cosine) / d, front ? s.front : s.back,
+      const bool shown = isGap(s.inner, s.owner, front) ? !front || !s.hasBack : front;
+      add(at, s.area * std::abs(cosine) / d, shown ? s.front : s.back,
           s.inner == (front ? Surfel::Inner::Front : Surfel::Inner::Back),
-          front ? SurfelView::Kind::SurfelFront : SurfelView::Kind::SurfelBack, k);
+          shown ? SurfelView::Kind::SurfelFront : SurfelView::Kind::SurfelBack, k);
     }
   }
 }

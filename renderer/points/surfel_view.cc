@@ -19,6 +19,9 @@ Rgb SurfelView::irradiance(const PointTree& tree) const {
       case Kind::NodeBoth:
         sum += tree.lookAtBoth(index, toHere()).radiance * weight;
         break;
+      case Kind::NodeGap:
+        sum += tree.inGap(index) * weight;
+        break;
       case Kind::SurfelFront:
         sum += tree.surfels()[index].front * weight;
         break;

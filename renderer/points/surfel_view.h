@@ -16,7 +16,16 @@ namespace patina {
 
 /// What a raster saw: parts of a tree, and how much of each.
 struct SurfelView {
-  enum class Kind : uint8_t { NodeFront, NodeBack, NodeBoth, SurfelFront, SurfelBack, PlaneFront, PlaneBack };
+  enum class Kind : uint8_t {
+    NodeFront,
+    NodeBack,
+    NodeBoth,
+    SurfelFront,
+    SurfelBack,
+    PlaneFront,
+    PlaneBack,
+    NodeGap
+  };
   static constexpr uint32_t kMostIndex = (1u << 29) - 1;
   struct Part {
     Kind kind : 3;

@@ -106,7 +106,7 @@ TEST(PointRaster, WhatWasSeenIsSeenInAnotherLight) {
     tree.setRadiance(front, back);
     const auto drawn = raster.gather(tree, P, N, 0.3f, 1e-4f, white());
     if (scale == 1) {
-      const auto viewed = raster.gather(tree, P, N, 0.3f, 1e-4f, white(), true, &view);
+      const auto viewed = raster.gather(tree, P, N, 0.3f, 1e-4f, white(), true, Surfel::kNobody, &view);
       EXPECT_EQ(viewed.irradiance, view.irradiance(tree));
       EXPECT_EQ(viewed.covered, drawn.covered);
       EXPECT_EQ(view.nearest, drawn.nearest);
@@ -240,6 +240,37 @@ TEST(PointRaster, TheHorizonCutsWhatReachesBelow) {
   addQuad(lit, {0.05f, -50, -50}, {0, 0, 100}, {0, 100, 0}, 200, Rgb(1), Rgb(1));
   EXPECT_NEAR(mean(wall, {0, 0, 0}, {0, 0, 1}, {}, white()).irradiance.x, kPi / 2, 0.05f);
   EXPECT_NEAR(mean(lit, {0, 0, 0}, {0, 0, 1}).irradiance.x, kPi / 2, 0.05f);
+}
+
+TEST(PointRaster, InnerSidesLookAsOuterOnesFromOutside) {
+  // The place is behind a disc of its own surface, as on a rough one: a black back would be an artefact.
+  Surfel disc;
+  disc.P = {0, 0, 0.3f}, disc.N = {0, 0, 1};
+  disc.radius = 1, disc.area = kPi;
+  disc.front = {1, 1, 1}, disc.back = {0, 0, 0};
+  disc.inner = Surfel::Inner::Back, disc.owner = 7;
+  std::vector<Surfel> far;  // and a node of its own
+  for (int k = 0; k < 16; ++k) {
+    Surfel s = disc;
+    s.P = {0.1f * static_cast<float>(k % 4), 0.1f * static_cast<float>(k / 4), 20}, s.radius = 0.2f,
+    s.area = 0.04f;
+    s.N = normalizedOr(V3f(0.3f * static_cast<float>(k % 3 - 1), 0.2f, 1), V3f(0, 0, 1));
+    far.push_back(s);
+  }
+  for (const std::vector<Surfel>& surfels : {std::vector<Surfel>{disc}, far}) {
+    const PointTree tree(surfels);
+    SurfelView view;
+    PointRaster raster({});
+    const auto from = [&](uint32_t outside, SurfelView* to) {
+      return raster.gather(tree, {0, 0, 0}, {0, 0, 1}, 0.3f, 1e-4f, {}, true, outside, to).irradiance.x;
+    };
+    const auto seen = raster.gather(tree, {0, 0, 0}, {0, 0, 1}, 0.3f, 1e-4f, {}, true, 7);
+    EXPECT_GT(seen.covered, 1e-5f);
+    for (const uint32_t other : {Surfel::kNobody, 6u})  // harmonics ring
+      EXPECT_LT(from(other, nullptr), 0.1f * seen.irradiance.x) << other;
+    EXPECT_NEAR(seen.irradiance.x, kPi * seen.covered, 1e-3f * seen.irradiance.x);
+    EXPECT_NEAR(from(7, &view), seen.irradiance.x, 1e-3f * seen.irradiance.x);
+  }
 }
 
 }  // namespace
