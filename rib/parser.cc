@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "rib/input_files.h"
 #include "rib/session.h"
 
 namespace patina {
@@ -16,6 +17,7 @@ RibParser::~RibParser() = default;
 bool RibParser::parseFile(const std::string& path) {
   Source source;
   const bool complete = source.openFile(path, limits_, errors_);
+  noteInputText(path, source.text());
   return run(source.text(), {internFileName(path == "-" ? "<stdin>" : path), 1, 1}, nullptr) && complete;
 }
 
@@ -30,6 +32,7 @@ bool RibParser::parseMemory(std::string_view text, std::string_view name) {
   Source source;
   const Location start{internFileName(name), 1, 1};
   const bool complete = source.viewMemory(text, {start.file}, limits_, errors_);
+  noteInputText(name, source.text());
   return run(source.text(), start, nullptr) && complete;
 }
 

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "rib/sandbox.h"
+
 namespace patina {
 namespace {
 
@@ -80,12 +82,14 @@ std::vector<std::string> searchFolders(std::string_view path, const std::vector<
 std::optional<std::string> findFile(std::string_view name, const std::vector<std::string>& folders,
                                     std::vector<std::string>& tried) {
   const auto look = [&](const fs::path& path) -> std::optional<std::string> {
-    std::error_code ignored;
-    tried.push_back(path.string());
-    if (fs::is_regular_file(path, ignored)) return path.string();
     const fs::path twin =
         path.extension() == ".gz" ? path.parent_path() / path.stem() : fs::path(path.string() + ".gz");
-    if (fs::is_regular_file(twin, ignored)) return twin.string();
+    for (const fs::path& each : {path, twin}) {
+      std::error_code ignored;
+      const std::string problem = readProblem(each.string());
+      if (each == path) tried.push_back(path.string() + (problem.empty() ? "" : " (" + problem + ")"));
+      if (problem.empty() && fs::is_regular_file(each, ignored)) return each.string();
+    }
     return std::nullopt;
   };
   if (name.empty() || name.find('\0') != std::string_view::npos) return std::nullopt;

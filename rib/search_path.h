@@ -20,7 +20,7 @@ std::string expandSearchPath(std::string_view path, std::string_view previous);
 std::vector<std::string> searchFolders(std::string_view path, const std::vector<std::string>& standard);
 
 /// The first regular file `name` in `folders` (an absolute name is taken as it is), or its twin with ".gz"
-/// added or taken away. `tried` gets every path looked at.
+/// added or taken away. `tried` gets every path looked at. What lies outside of the sandbox is passed over.
 std::optional<std::string> findFile(std::string_view name, const std::vector<std::string>& folders,
                                     std::vector<std::string>& tried);
 

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 namespace patina {
 
@@ -37,28 +38,42 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
 }
 
 AtomicFile::~AtomicFile() {
+  if (file_ >= 0) close(file_);
   if (!committed_) std::remove(temporary_.c_str());
 }
 
-std::string AtomicFile::write(const std::string& bytes) {
-  const int file = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) return reason(path_, errno);
+std::string AtomicFile::write(std::string_view bytes) {
+  if (file_ < 0) {
+    // Where the system can, the file has no name at first: a killed program leaves nothing behind.
+    if (access("/proc/self/fd", X_OK) == 0)
+      file_ = open(folderOf(path_).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    isNamed_ = file_ < 0;
+    if (isNamed_) file_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  }
+  if (file_ < 0) return reason(path_, errno);
   std::size_t done = 0;
-  int failure = 0;
-  while (done < bytes.size() && failure == 0) {
-    const ssize_t n = ::write(file, bytes.data() + done, bytes.size() - done);
+  while (done < bytes.size()) {
+    const ssize_t n = ::write(file_, bytes.data() + done, bytes.size() - done);
     if (n > 0) {
       done += static_cast<std::size_t>(n);
-    } else if (n < 0 && errno != EINTR) {
-      failure = errno;
+    } else if (n == 0 || errno != EINTR) {
+      return reason(path_, n == 0 ? ENOSPC : errno);
     }
   }
-  // Some file systems report a full disk only here.
-  if (close(file) != 0 && failure == 0) failure = errno;
-  return failure == 0 ? std::string() : reason(path_, failure);
+  return {};
 }
 
 std::string AtomicFile::commit() {
+  if (file_ < 0)
+    if (std::string problem = write({}); !problem.empty()) return problem;
+  // Some file systems report a full disk only here; some know no synchronising.
+  if (fsync(file_) != 0 && errno != EINVAL && errno != ENOSYS) return reason(path_, errno);
+  if (!isNamed_) {
+    const std::string self = "/proc/self/fd/" + std::to_string(file_);
+    if (linkat(AT_FDCWD, self.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0)
+      return reason(path_, errno);
+  }
+  if (close(std::exchange(file_, -1)) != 0) return reason(path_, errno);
   if (std::rename(temporary_.c_str(), path_.c_str()) != 0) return reason(path_, errno);
   committed_ = true;
   return {};

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/film/byte_stream.h"
 #include "renderer/film/filter.h"
 
 namespace patina {
@@ -147,6 +148,16 @@ class Film {
   // The picture that finishing these tiles now would make, which may be given more samples after it: tiles of
   // this film, each once, in any order. [while no other thread changes them]
   std::unique_ptr<Film> preview(std::span<const FilmTile* const> tiles) const;
+  // Everything that tiles have been finished with, to the bit: a film of the same settings that restores it
+  // goes on as this one would. restore() is for a film without tiles, and refuses what no such film can have
+  // saved, also values that are not finite: the film is of no use then. [while no other thread changes them]
+  void save(ByteWriter& to) const;
+  bool restore(ByteReader& from);
+  // Likewise a tile that is to be given more samples.
+  void saveTile(const FilmTile& tile, ByteWriter& to) const;
+  bool restoreTile(FilmTile& tile, ByteReader& from) const;  // `tile`: as begin() gives it
+  // Whether a tile is still to be finished.
+  bool isOpen(int index) const { return states_[static_cast<std::size_t>(index)] == TileState::Open; }
   // Memory that all tiles take when they are open at the same time.
   std::uint64_t openBytes() const;
   // Whether every tile has been finished.

@@ -11,6 +11,7 @@
 #include "renderer/film/atomic_file.h"
 #include "renderer/film/exr.h"
 #include "renderer/film/image.h"
+#include "rib/sandbox.h"
 
 namespace patina {
 
@@ -65,6 +66,12 @@ const Format* formatByType(std::string_view type) {
   for (const Format& f : kFormats)
     if (f.name == type || holds(f.extensions, type)) return &f;
   return nullptr;
+}
+
+// Why no picture can be put there; empty if it can.
+std::string placeProblem(const std::string& path) {
+  const std::string problem = writeProblem(path);
+  return problem.empty() ? AtomicFile::problem(path) : "cannot write " + path + ": " + problem;
 }
 
 // What a Display request comes down to.
@@ -273,7 +280,7 @@ std::string writeByModule(const Film& film, const OutputSettings& s, const Plan&
   const bool looking = !plan.letter && !(format.floats && format.bits == 0);
   const bool unassociated = format.name == "png" || format.name == "targa";
   if (unassociated) unassociate(image, output);
-  std::string problem = AtomicFile::problem(plan.path);
+  std::string problem = placeProblem(plan.path);
   if (problem.empty() && (plan.letter || looking)) problem = encodeColour(image, output, s, plan.letter);
   if (!problem.empty()) return problem;
   const Encoded pixels = encodePixels(image, output, format, s, film.pixels());
@@ -330,7 +337,7 @@ std::string writeByOpenExr(const Film& film, const OutputSettings& s, const Plan
   exr.attributes = {{"software", kSoftware}};
   exr.worldToCamera = s.worldToCamera;
   exr.worldToScreen = s.worldToScreen;
-  if (std::string problem = AtomicFile::problem(plan.path); !problem.empty()) return problem;
+  if (std::string problem = placeProblem(plan.path); !problem.empty()) return problem;
   return writeExr(plan.path, image, exr);
 }
 
@@ -381,7 +388,7 @@ bool checkOutput(const OutputSettings& settings, const Film& film, ErrorHandler&
   const Plan plan = planFor(settings);
   remark(settings, plan, errors);
   outputFor(film, settings, plan, errors);
-  const std::string problem = AtomicFile::problem(plan.path);
+  const std::string problem = placeProblem(plan.path);
   if (!problem.empty()) errors.report(Severity::Error, RiError::System, settings.at, problem);
   return problem.empty();
 }

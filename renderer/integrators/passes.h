@@ -28,7 +28,9 @@ std::vector<SampleRange> passesOf(int samplesPerPixel, bool progressive);
 /// Where the plan is adaptive all pixels get the least number, in these passes; then every tile goes on by
 /// itself, by half as many each time, with the pixels whose variance is above the plan's and those around
 /// them (FilmTile::keepWanting). What a pixel stops at depends on its samples, so that means are a little
-/// biased. An interruption leaves what is there. [main]
+/// biased. An interruption leaves what is there. With RenderSettings::resume buckets go on where they were;
+/// throws std::runtime_error if that does not fit the film. What is kept for that is whole buckets: those
+/// that an interruption cuts short are made anew. [main]
 void renderPasses(Film& film, const World& world, const Integrator& integrator, const SamplePlan& plan,
                   bool progressive);
 

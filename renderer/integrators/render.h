@@ -38,6 +38,15 @@ struct RenderSettings {
   /// seconds: after every pass. [the caller of renderFrame()]
   std::function<void(const Film&)> show;
   double showSeconds = 3;
+  /// Keeps what a later call needs to go on from here: `save` writes it. Called not more often than every
+  /// `checkpointSeconds`, nor so often that a tenth of the time went into it, and in any case at the end,
+  /// which may be an interruption. Threads pause at their next buckets meanwhile. [the caller of
+  /// renderFrame()]
+  std::function<void(const std::function<void(ByteWriter&)>& save)> checkpoint;
+  double checkpointSeconds = 60;
+  /// What an earlier call for the same scene, settings and build of the program has saved: the film gets the
+  /// same bits as if one call had made it all. nullptr: all is made anew.
+  ByteReader* resume = nullptr;
   std::function<bool()> interrupted;  ///< true = stop after the buckets in work; the film holds what is there
 };
 

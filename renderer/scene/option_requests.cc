@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "renderer/scene/scene_builder.h"
+#include "rib/sandbox.h"
 #include "rib/search_path.h"
 
 namespace patina {
@@ -19,6 +20,15 @@ void passOver(const ParamList& params, Names names) {
   for (const Param& param : params) {
     if (std::ranges::find(names, param.name()) != names.end()) param.used = true;
   }
+}
+
+/// Why a RIB's statistics are not written there.
+std::string statisticsProblem(const std::string& file) {
+  if (!isSandboxed() || file.empty() || file == "stdout") return {};
+  constexpr std::array<std::string_view, 4> kEndings = {".txt", ".json", ".xml", ".html"};
+  if (std::ranges::find(kEndings, std::filesystem::path(file).extension().string()) == kEndings.end())
+    return "with --sandbox the name must end with .txt, .json, .xml or .html";
+  return writeProblem(file);
 }
 
 constexpr std::string_view kIgnoredLimits[] = {
@@ -271,6 +281,14 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     for (const Param& param : params) {
       param.used = true;
       if (param.strings.empty()) continue;
+      if (isSandboxed() && param.name() == "shader") {
+        warning(
+            RiError::Incapable, at,
+            "Option \"searchpath\" \"shader\" has no effect with --sandbox: shaders are programs, and come "
+            "from the folders of the command line only",
+            "shader path in sandbox");
+        continue;
+      }
       std::string& path = options_.searchPaths[std::string(param.name())];
       std::string joined(param.strings.front());
       for (size_t i = 1; i < param.strings.size(); ++i) joined.append(":").append(param.strings[i]);
@@ -279,6 +297,11 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
   } else if (name == "statistics") {
     options_.statistics = params.intValue("endofframe", options_.statistics) != 0;
     options_.statisticsFile = params.stringValue("filename", options_.statisticsFile);
+    if (const std::string problem = statisticsProblem(options_.statisticsFile); !problem.empty()) {
+      error(RiError::System, at,
+            fmt::format("Option \"statistics\" \"filename\" \"{}\": {}", options_.statisticsFile, problem));
+      options_.statisticsFile.clear();
+    }
     passOver(params, kIgnoredStatistics);
     params.reportUnread(errors_, "Option \"statistics\"",
                         std::array<std::string_view, 2>{"endofframe", "filename"});
@@ -295,7 +318,11 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     }
     if (const std::string_view view = params.stringValue("display", ""); !view.empty())
       options_.displayView = view;
-    if (const std::string_view config = params.stringValue("ocio", ""); !config.empty()) {
+    if (const std::string_view config = params.stringValue("ocio", ""); !config.empty() && isSandboxed()) {
+      error(RiError::Incapable, at,
+            "Option \"patina\" \"ocio\" has no effect with --sandbox: such a file names others to be read; "
+            "$OCIO says which one is used");
+    } else if (!config.empty()) {
       // Beside the RIB, or else as it is.
       const std::filesystem::path beside =
           at.file ? std::filesystem::path(*at.file).parent_path() / config : std::filesystem::path(config);

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "rib/input_files.h"
 #include "rib/params.h"
 
 namespace patina {
@@ -95,7 +96,10 @@ const PatinaShader* PluginLoader::tryFile(const std::string& path, std::string_v
     if (plugin) file = files_.emplace(path, std::move(plugin)).first;
   }
   if (file != files_.end()) {
-    if (const PatinaShader* found = file->second->find(shader)) return found;
+    if (const PatinaShader* found = file->second->find(shader)) {
+      noteInputFile(path);
+      return found;
+    }
     reason = "it holds no shader of that name, but";
     for (const PatinaShader* other : file->second->shaders()) reason += fmt::format(" \"{}\"", other->name);
   }

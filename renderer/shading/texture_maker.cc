@@ -13,6 +13,7 @@
 #include "renderer/base/statistics.h"
 #include "renderer/shading/plugin_loader.h"
 #include "renderer/shading/texture_loader.h"
+#include "rib/sandbox.h"
 
 namespace patina {
 namespace {
@@ -42,6 +43,7 @@ constexpr std::pair<std::string_view, const char*> kFilters[] = {{"box", "box"},
 std::string nameProblem(const fs::path& name, bool allowPaths) {
   if (!name.has_filename() || name.filename() == "." || name.filename() == "..") return "it names no file";
   if (allowPaths) return {};
+  if (std::string problem = writeProblem(name.string()); !problem.empty()) return problem;
   const bool climbs = std::ranges::find(name, "..") != name.end();
   return name.is_absolute() || climbs
              ? "RIBs write textures below the working folder, but for --allow-texture-paths"
@@ -51,7 +53,7 @@ std::string nameProblem(const fs::path& name, bool allowPaths) {
 std::optional<std::string> findPicture(const std::string& name, const std::vector<std::string>& folders) {
   std::error_code failed;
   for (const std::string& path : textureCandidates(name, folders))
-    if (fs::is_regular_file(path, failed)) return path;
+    if (readProblem(path).empty() && fs::is_regular_file(path, failed)) return path;
   return std::nullopt;
 }
 

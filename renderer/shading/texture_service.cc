@@ -16,6 +16,8 @@
 #include "renderer/shading/texture_file.h"
 #include "renderer/shading/texture_loader.h"
 #include "renderer/shading/texture_module.h"
+#include "rib/input_files.h"
+#include "rib/sandbox.h"
 
 namespace patina {
 namespace {
@@ -67,7 +69,7 @@ void TextureService::loadModule(const Location& where) {
     if (error[0])
       errors_.report(Severity::Error, RiError::BadFile, colors_.where,
                      fmt::format("OpenColorIO configuration {} cannot be used: {}", config, error.data()));
-    if (module_) return;
+    if (module_) return noteInputFile(config);
     tried = "\n  OpenImageIO gives no texture system";
   }
   errors_.report(Severity::Error, RiError::System, where,
@@ -90,6 +92,7 @@ bool TextureService::openTiles(PatinaTexture& texture, const std::string& patter
     error = reason.data();
     return false;
   }
+  std::erase_if(found, [](const Found& tile) { return !readProblem(tile.path).empty(); });  // links
   for (const Found& tile : found) {
     texture.columns = std::max(texture.columns, tile.column + 1);
     texture.rows = std::max(texture.rows, tile.row + 1);
@@ -101,6 +104,7 @@ bool TextureService::openTiles(PatinaTexture& texture, const std::string& patter
     if (module_->open(system_, tile.path.c_str(), values == kData || colors_.asInFile, &info, reason.data(),
                       reason.size())) {
       if (!std::exchange(any, true)) texture.file = info;
+      noteInputFile(tile.path);
       ++texturesOpened;
     } else {
       errors_.report(Severity::Error, RiError::BadFile, texture.where,
@@ -124,6 +128,10 @@ std::unique_ptr<PatinaTexture> TextureService::find(std::string_view name, const
     candidates.insert(candidates.begin(), pictures.begin(), pictures.end());
   }
   for (const std::string& path : candidates) {
+    if (const std::string problem = readProblem(path); !problem.empty()) {
+      tried += fmt::format("\n  {}: {}", path, problem);
+      continue;
+    }
     const bool isOne = isFile(path);
     if (!isOne && !mayBePattern(path)) {
       tried += fmt::format("\n  {}: no such file", path);
@@ -146,6 +154,7 @@ std::unique_ptr<PatinaTexture> TextureService::find(std::string_view name, const
     if (module_->open(system_, path.c_str(), values == kData || colors_.asInFile, &texture->file,
                       error.data(), error.size())) {
       ++texturesOpened;
+      noteInputFile(path);
       return texture;
     }
     tried += fmt::format("\n  {}: {}", path, error.data());

@@ -98,6 +98,14 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   app.add_option("--display-view", line.displayView, "OpenColorIO view for pictures made for looking at");
   app.add_option("--stats", line.statistics, "Write statistics as JSON; - prints them readably")
       ->type_name("FILE");
+  app.add_option("--checkpoint", line.checkpoint,
+                 "Keep what is rendered in this file, for --resume; removed when all is written")
+      ->type_name("FILE");
+  app.add_option("--checkpoint-interval", line.checkpointSeconds,
+                 "Seconds between checkpoints, 60 if not said")
+      ->check(CLI::Range(0.0, 1e9));
+  app.add_option("--resume", line.resume, "Go on from this checkpoint, and go on keeping it")
+      ->type_name("FILE");
   bool progressive = false;
   const CLI::Option* progressiveSaid =
       app.add_flag("--progressive,!--no-progressive", progressive,
@@ -106,6 +114,11 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   app.add_flag("--allow-texture-paths", line.allowTexturePaths,
                "Let RIBs write textures (MakeTexture ...) outside of the working folder");
   app.add_flag("--allow-programs", line.allowPrograms, "Let RIBs start programs (Procedural \"RunProgram\")");
+  app.add_flag(
+      "--sandbox", line.sandbox,
+      "For RIBs of unknown origin: they read below their own folder, that of the output and the paths "
+      "of the command line, write below the output's folder (-o, or the working folder), and bring "
+      "no shaders, programs or colour configurations");
   app.add_flag("--validate-shaders", line.validateShaders,
                "Check what shaders give while rendering: energy, traits, bounds, channels, one point alone");
   app.add_flag("--requests", line.requests, "Print what becomes of each request, as Markdown, and exit");
@@ -151,8 +164,12 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
     if (crop[0] > crop[1] || crop[2] > crop[3]) return usage("--crop: expected x0 <= x1 and y0 <= y1");
     line.crop = crop;
   }
+  if (line.sandbox && (line.allowPrograms || line.allowTexturePaths || render.allowShaderPaths))
+    return usage("--sandbox: what the --allow options allow, it forbids");
   if (progressiveSaid->count() > 0) render.progressive = progressive;
   if (pointsMegabytes) render.points.memoryKb = static_cast<int>(std::ceil(*pointsMegabytes * 1024));
+  if (line.checkpoint.empty()) line.checkpoint = line.resume;
+  render.checkpointSeconds = line.checkpointSeconds;
   render.shadeAtHits = shading == "hit" || render.unbiased;
   render.replay = replayArguments(arguments);
   if (line.files.empty()) {

@@ -28,10 +28,14 @@ struct CommandLine {
   bool quiet = false;
   bool strict = false;
   bool allowPrograms = false;
+  bool sandbox = false;  ///< see closeSandbox()
   bool validateShaders = false;
   bool allowTexturePaths = false;
-  bool requests = false;  ///< the table of requests is printed and that is all
-  bool check = false;     ///< parse and validate only
+  std::string checkpoint;         ///< file; "" = none is written
+  double checkpointSeconds = 60;  ///< between two
+  std::string resume;             ///< file that an earlier run has written; "" = from the beginning
+  bool requests = false;          ///< the table of requests is printed and that is all
+  bool check = false;             ///< parse and validate only
 };
 
 /// Reads the arguments (without the program's name). When there is nothing to do, because help was asked for

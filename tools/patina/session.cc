@@ -3,6 +3,7 @@
 #include "tools/patina/session.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -15,6 +16,8 @@
 #include "renderer/scene/scene_builder.h"
 #include "renderer/shading/shader_validation.h"
 #include "renderer/shading/texture_maker.h"
+#include "rib/sandbox.h"
+#include "rib/search_path.h"
 #include "tools/patina/progress.h"
 
 namespace patina {
@@ -36,17 +39,33 @@ void catchInterrupts() {
 
 bool interrupted() { return interruptSignal != 0; }
 
-Session::Session(CommandLine commandLine) : commandLine_(std::move(commandLine)) {
+Session::Session(CommandLine commandLine)
+    : commandLine_(std::move(commandLine)),
+      checkpoint_(commandLine_.checkpoint, commandLine_.resume, errors_) {
   if (commandLine_.quiet) errors_.setQuiet(Severity::Error);
   errors_.setShowLines(true);
   if (commandLine_.strict) errors_.setStyle(ErrorStyle::Abort);
 }
 
+void Session::enterSandbox() const {
+  const auto folderOf = [](const std::string& file) {
+    return std::filesystem::path(file).parent_path().string();
+  };
+  std::vector<std::string> readable;
+  for (const std::string& file : commandLine_.files) readable.push_back(file == "-" ? "" : folderOf(file));
+  for (const std::string& path : {commandLine_.archivePath, commandLine_.render.texturePath})
+    for (std::string& folder : searchFolders(path, {})) readable.push_back(std::move(folder));
+  closeSandbox(readable, folderOf(commandLine_.output));
+}
+
 int Session::run() {
+  if (commandLine_.sandbox) enterSandbox();
+  if (!checkpoint_.open()) return 1;
   for (const std::string& path : commandLine_.files) {
     if (interrupted() || errors_.aborted()) break;
     readFile(path);
   }
+  if (!failed_ && !interrupted() && worlds_ > 0) checkpoint_.remove();
   errors_.summarize();
   if (!commandLine_.statistics.empty() && commandLine_.statistics != "-" && !jsonReports_.empty()) {
     // One object for one world, else an array.
@@ -80,7 +99,7 @@ void Session::readFile(const std::string& path) {
 }
 
 bool Session::mayRender(const Scene& scene) {
-  if (interrupted()) return false;
+  if (interrupted() || refused_) return false;
   if (commandLine_.frames && scene.frame != 0) {
     const auto [first, last] = *commandLine_.frames;
     if (scene.frame < first || scene.frame > last) return false;
@@ -123,11 +142,80 @@ void Session::applyOverrides(Scene& scene) const {
   resolveFrame(options, scene.camera);
 }
 
+PictureSettings Session::pictureSettings(const Scene& scene) const {
+  const RenderSettings& render = commandLine_.render;
+  const Options& options = scene.options;
+  PictureSettings settings;
+  const auto add = [&]<class T>(const char* name, const T& value) {
+    if constexpr (requires { value.has_value(); })
+      settings.emplace_back(name, value ? fmt::format("{}", *value) : "");
+    else
+      settings.emplace_back(name, fmt::format("{}", value));
+  };
+  const auto environment = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return value ? value : "";
+  };
+  add("frame", scene.frame);
+  add("resolution", fmt::format("{}x{}", options.xResolution, options.yResolution));
+  add("crop", fmt::format("{}", fmt::join(options.crop, " ")));
+  add("--mode", render.mode);
+  add("--classic", render.classic);
+  add("--samples", render.samples);
+  add("--variance", commandLine_.variance);
+  add("--rays", render.rays);
+  add("--light-samples", render.lightSamples);
+  add("--seed", render.seed);
+  add("--unbiased", render.unbiased);
+  add("--shading at hits", render.shadeAtHits);
+  add("--progressive", render.progressive);
+  add("--points-maxsolidangle", render.points.maxSolidAngle);
+  add("--points-resolution", render.points.resolution);
+  add("--points-bounces", render.points.bounces);
+  add("--points-memory in kB", render.points.memoryKb);
+  add("--shader-path", render.shaderPath);
+  add("--texture-path", render.texturePath);
+  add("--archive-path", commandLine_.archivePath);
+  add("--allow-shader-paths", render.allowShaderPaths);
+  add("--allow-programs", commandLine_.allowPrograms);
+  add("$OCIO", environment("OCIO"));
+  add("$PATINA_SHADER_PATH", environment("PATINA_SHADER_PATH"));
+  return settings;
+}
+
+bool Session::isSettled(const Scene& scene) {
+  switch (checkpoint_.beginWorld(pictureSettings(scene))) {
+    case Checkpoint::Found::Nothing:
+    case Checkpoint::Found::Begun:
+      return false;
+    case Checkpoint::Found::Other:
+      failed_ = refused_ = true;
+      return true;
+    case Checkpoint::Found::Finished:
+      break;
+  }
+  // A picture that has gone since is made again.
+  for (const OutputSettings& output : outputSettings(scene))
+    if (std::error_code gone; !std::filesystem::exists(outputPath(output), gone)) return false;
+  checkpoint_.finishWorld();
+  return true;
+}
+
+void Session::sayHowToGoOn(double fraction) const {
+  if (commandLine_.quiet) return;
+  fmt::print(stderr, "patina: interrupted at {:.0f} %: what is there has been written. ", fraction * 100);
+  if (checkpoint_.isWritten())
+    fmt::print(stderr, "To go on, give the same arguments and --resume {}\n", checkpoint_.path());
+  else
+    fmt::print(stderr, "Renders with --checkpoint FILE can be gone on with.\n");
+}
+
 void Session::renderWorld(Scene& scene) {
   if (!mayRender(scene)) return;
   applyOverrides(scene);
   ++worlds_;
   if (commandLine_.check) return checkDelayed(scene, errors_);
+  if (isSettled(scene)) return;
   reading_.reset();
 
   // A folder that cannot be written to is better known now than after the render.
@@ -135,6 +223,7 @@ void Session::renderWorld(Scene& scene) {
   const Film probe(FilmSettings{.width = 1, .height = 1, .filter = {}});
   bool writable = true;
   for (const OutputSettings& output : outputs) writable &= checkOutput(output, probe, errors_);
+  if (!writable && checkpoint_.isWritten()) failed_ = refused_ = true;  // it is the first to be made again
   if (writable) {
     Progress::Style style = Progress::Style::None;
     if (commandLine_.progressLines) {
@@ -143,10 +232,17 @@ void Session::renderWorld(Scene& scene) {
       style = Progress::Style::Terminal;
     }
     std::unique_ptr<Film> film;
+    double fraction = 0;
     {
       Progress progress(style);
       RenderSettings settings = commandLine_.render;
-      settings.progress = [&](double fraction) { progress.update(fraction); };
+      settings.progress = [&](double done) {
+        fraction = done;
+        progress.update(done);
+      };
+      settings.resume = checkpoint_.film();
+      if (checkpoint_.isWritten())
+        settings.checkpoint = [&](const std::function<void(ByteWriter&)>& save) { checkpoint_.write(save); };
       settings.interrupted = interrupted;
       // What cannot be written on the way is not tried again before the end.
       settings.show = [&](const Film& picture) {
@@ -155,10 +251,16 @@ void Session::renderWorld(Scene& scene) {
       film = renderFrame(scene, settings, errors_);
       if (film && !interrupted()) progress.update(1);
     }
-    if (film) {
-      writeDisplays(scene, *film, true);
-    } else {
+    if (!film) {
       failed_ = true;
+      refused_ =
+          checkpoint_.film() != nullptr;  // what follows must not take the place of what cannot be read
+    } else if (const bool written = writeDisplays(scene, *film, true); interrupted()) {
+      sayHowToGoOn(fraction);
+    } else if (written) {
+      checkpoint_.finishWorld();
+    } else {
+      refused_ = checkpoint_.isWritten();  // it holds what could not be written, and must go on holding it
     }
   }
   reportStatistics(scene);

@@ -9,6 +9,7 @@
 #include "renderer/base/statistics.h"
 #include "renderer/scene/scene.h"
 #include "rib/error.h"
+#include "tools/patina/checkpoint.h"
 #include "tools/patina/command_line.h"
 
 namespace patina {
@@ -21,10 +22,15 @@ class Session {
   int run();
 
  private:
+  void enterSandbox() const;
   void readFile(const std::string& path);
   void applyOverrides(Scene& scene) const;
   void renderWorld(Scene& scene);
   bool mayRender(const Scene& scene);
+  PictureSettings pictureSettings(const Scene& scene) const;
+  /// Whether an earlier run has made and written this world's pictures, or can be gone on with no more.
+  bool isSettled(const Scene& scene);
+  void sayHowToGoOn(double fraction) const;
   /// Whether all could be written. `isLast`: paths are printed.
   bool writeDisplays(const Scene& scene, const Film& film, bool isLast);
   void reportStatistics(const Scene& scene);
@@ -32,11 +38,13 @@ class Session {
 
   CommandLine commandLine_;
   ErrorHandler errors_;
+  Checkpoint checkpoint_;
   std::string file_;                   // being read
   std::optional<PhaseTimer> reading_;  // runs while no world is rendered
   std::vector<std::string> jsonReports_;
   int worlds_ = 0;  // rendered or checked
   bool failed_ = false;
+  bool refused_ = false;  // for the sake of the checkpoint nothing more is rendered
 };
 
 /// Makes SIGINT and SIGTERM end the render early, with what is there written; a second signal ends the
