@@ -172,6 +172,7 @@ PictureSettings Session::pictureSettings(const Scene& scene) const {
   add("--points-maxsolidangle", render.points.maxSolidAngle);
   add("--points-resolution", render.points.resolution);
   add("--points-bounces", render.points.bounces);
+  add("--points-surfelsize", render.points.surfelSize);
   add("--points-memory in kB", render.points.memoryKb);
   add("--shader-path", render.shaderPath);
   add("--texture-path", render.texturePath);
