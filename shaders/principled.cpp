@@ -83,7 +83,7 @@ struct Principled {
       maps_[k] = isColor ? context.openTexture(names[k]) : context.openData(names[k]);
       any |= maps_[k] != nullptr;
     }
-    maps_[kBump + 1] = maps_[kBump + 2] = maps_[kBump];
+    for (int k = 1; k < kBumps; ++k) maps_[kBump + k] = maps_[kBump];
     PatinaTraits& traits = context.traits;
     for (uint64_t& reads : traits.reads)
       if (!any) reads &= ~(kST | kFootprint);
@@ -99,19 +99,22 @@ struct Principled {
     return PATINA_OK;
   }
 
-  enum Map { kBase, kMetallic, kRoughness, kEmission, kOpacity, kNormal, kBump, kMaps = kBump + 3 };
+  enum Map { kBase, kMetallic, kRoughness, kEmission, kOpacity, kNormal, kBump };
+  static constexpr int kBumps = 4, kMaps = kBump + kBumps;  // heights on both sides, along s and along t
   PatinaTexture* texture(uint32_t k) const { return maps_[k]; }
   std::array<TextureLookup, kMaps> lookups(const Parameters&, const Surface<kST | kFootprint>& at) const {
     const TextureLookup here{at.s, at.t, at.footprint_st};
+    const float step = bumpStep(at.footprint_st);
     return {{here,
              here,
              here,
              here,
              here,
              here,
-             here,
-             {at.s + kBumpStep, at.t, at.footprint_st},
-             {at.s, at.t + kBumpStep, at.footprint_st}}};
+             {at.s - step, at.t, at.footprint_st},
+             {at.s + step, at.t, at.footprint_st},
+             {at.s, at.t - step, at.footprint_st},
+             {at.s, at.t + step, at.footprint_st}}};
   }
 
   Radiosity radiosity(const Parameters& p, const Surface<kCs | kOs>& at, const Texels<kMaps>& texels) const {
@@ -165,22 +168,36 @@ struct Principled {
     return out;
   }
 
-  DisplacedNormal displacement(const Parameters& p, const Surface<kP | kN | kDPdu | kDPdv>& at,
+  DisplacedNormal displacement(const Parameters& p,
+                               const Surface<kP | kN | kST | kFootprint | kDPdu | kDPdv>& at,
                                const Texels<kMaps>& texels) const {
-    const Vector u = at.dPdu - at.N * dot(at.N, at.dPdu), v = at.dPdv - at.N * dot(at.N, at.dPdv);
+    const Vector s = at.dPdu - at.N * dot(at.N, at.dPdu), t = at.dPdv - at.N * dot(at.N, at.dPdv);
     const Color& c = texels[kNormal].color;
     const Vector mapped =
-        normalize(u) * (2 * c.r - 1) + normalize(v) * (2 * c.g - 1) + at.N * std::max(2 * c.b - 1, 0.05f);
+        normalize(s) * (2 * c.r - 1) + normalize(t) * (2 * c.g - 1) + at.N * std::max(2 * c.b - 1, 0.05f);
     const Vector n = maps_[kNormal] ? normalize(mapped) : Vector(at.N);
-    // Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978, for u and v at right angles.
-    const float height = texels[kBump].color.r, depth = maps_[kBump] ? p.bumpdepth : 0.0f;
-    const float du = depth * (texels[kBump + 1].color.r - height),
-                dv = depth * (texels[kBump + 2].color.r - height);
-    const Vector slope = u * (du / std::max(dot(u, u), 1e-12f)) + v * (dv / std::max(dot(v, v), 1e-12f));
-    const float steps = 1 / kBumpStep, steepest = 20;
-    const float size = length(slope) * steps;
-    const Vector bent = normalize(n - slope * (steps * std::min(1.0f, steepest / std::max(size, 1e-6f))));
-    return {at.P, maps_[kNormal] || maps_[kBump] ? bent : Vector(at.N)};
+    if (!maps_[kBump]) return {at.P, n};
+    // Heights bend the normal by their gradient on the surface: Blinn, "Simulation of Wrinkled Surfaces",
+    // SIGGRAPH 1978, section 2, for s and t at any angle. What was really stepped, rounding included,
+    // divides.
+    const float step = bumpStep(at.footprint_st);
+    const float ds = (at.s + step) - (at.s - step), dt = (at.t + step) - (at.t - step);
+    const float alongS =
+                    p.bumpdepth * (texels[kBump + 1].color.r - texels[kBump].color.r) / std::max(ds, step),
+                alongT = p.bumpdepth * (texels[kBump + 3].color.r - texels[kBump + 2].color.r) /
+                         std::max(dt, step);
+    // By unit vectors along s and t, whose lengths may differ by any factor.
+    const float lengthS = length(s), lengthT = length(t);
+    const Vector unitS = normalize(s), unitT = normalize(t);
+    const float sine = dot(at.N, cross(unitS, unitT));
+    constexpr float kSteepest = 20, kLeastSine = 1e-3f;
+    const float perS = clamp(alongS / std::max(lengthS, 1e-12f), -1e6f, 1e6f),
+                perT = clamp(alongT / std::max(lengthT, 1e-12f), -1e6f, 1e6f);
+    const bool spans = std::abs(sine) > kLeastSine;  // else there is no telling which way it leans
+    const Vector gradient =
+        (cross(unitT, at.N) * perS + cross(at.N, unitS) * perT) * (spans ? 1 / (spans ? sine : 1.0f) : 0.0f);
+    const float limit = std::min(1.0f, kSteepest / std::max(length(gradient), 1e-6f));
+    return {at.P, normalize(n - gradient * limit)};
   }
 
  private:
@@ -196,7 +213,10 @@ struct Principled {
     float albedo;
   };
 
-  static constexpr float kBumpStep = 1.0f / 512;  // of differences, in s and t
+  /// Half a difference of heights, in s and t: as fine as the texture is seen.
+  PATINA_INLINE static float bumpStep(float footprint) {
+    return clamp(0.5f * footprint, 1.0f / 16384, 1.0f / 512);
+  }
   PATINA_INLINE static float largest(const Color& c) { return std::max(c.r, std::max(c.g, c.b)); }
   PATINA_INLINE static Color clamped(const Color& c) {
     return {clamp(c.r, 0, 1), clamp(c.g, 0, 1), clamp(c.b, 0, 1)};

@@ -3,6 +3,7 @@
 #include "renderer/geometry/displacement.h"
 
 #include <cstring>
+#include <limits>
 #include <numeric>
 
 #include "renderer/base/statistics.h"
@@ -205,6 +206,8 @@ DisplacementResult displaceFacets(const Surface& surface, const Primitive& primi
     result.moved = std::max(result.moved, (vertices[k] - base[k]).length());
   thinSides(rates, std::span<const uint32_t>(first), vertices);
 
+  // One that bends normals does something, too, where it leaves vertices in their places.
+  if (hasNormals) result.moved = std::max(result.moved, std::numeric_limits<float>::min());
   // Normals: the shader's, or those of the facets; a smooth normal of flat faces keeps its turn against them.
   if (!hasNormals)
     for (uint32_t tile = 0; tile < rates.tiles.size(); ++tile)

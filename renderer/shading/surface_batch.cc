@@ -26,25 +26,83 @@ SurfaceVariables::SurfaceVariables(const Primitive& primitive) {
   }
 }
 
+namespace {
+
+/// s and t at (u, v) of the point's face.
+V2f textureCoordinates(const BatchPoint& p, float u, float v) {
+  const SurfaceVariables& variables = *p.variables;
+  const std::array<float, 8>& c = p.attributes->textureCoordinates;
+  const auto [a, b] = p.surface->textureParameters(p.face, u, v);
+  V2f st = V2f(c[0], c[1]) * ((1 - a) * (1 - b)) + V2f(c[2], c[3]) * (a * (1 - b)) +
+           V2f(c[4], c[5]) * ((1 - a) * b) + V2f(c[6], c[7]) * (a * b);
+  if (variables.st && variables.st->components <= 16) {
+    float value[16];
+    p.surface->interpolate(*variables.st, p.face, u, v, value);
+    st = {value[0], value[1]};
+  }
+  if (variables.s) p.surface->interpolate(*variables.s, p.face, u, v, &st.x);
+  if (variables.t) p.surface->interpolate(*variables.t, p.face, u, v, &st.y);
+  return st;
+}
+
+/// Turns derivatives of P by the face's u and v into those by two functions of them, of which `at(u, v)`
+/// gives the values: the inverse of their Jacobian, by differences, which are exact where they are linear.
+/// False: they do not span the surface.
+template <class At>
+bool changeParameters(const BatchPoint& p, const At& at, V3f& du, V3f& dv) {
+  constexpr float kStep = 1.0f / 128;
+  // From a little inside of the face, be it a triangle.
+  const float u = p.u + 4 * kStep * (1.0f / 3 - p.u), v = p.v + 4 * kStep * (1.0f / 3 - p.v);
+  const V2f here = at(u, v), byU = (at(u + kStep, v) - here) / kStep, byV = (at(u, v + kStep) - here) / kStep;
+  const float determinant = byU.x * byV.y - byU.y * byV.x;
+  const float scale = byU.length() * byV.length();
+  if (!(std::abs(determinant) > 1e-5f * scale) || !(scale < 1e30f) || !(scale > 1e-30f)) return false;
+  const V3f first = (du * byV.y - dv * byU.y) / determinant;
+  dv = (dv * byU.x - du * byV.x) / determinant;
+  du = first;
+  return true;
+}
+
+}  // namespace
+
+void SurfaceBatch::fillDerivatives(uint64_t reads, const Derivatives& derivatives, PatinaPoints& in) {
+  const size_t n = points_.size();
+  const bool byTexture = (reads & PATINA_CHANNEL_FOOTPRINT) != 0,
+             byParameters = (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV)) != 0;
+  du_.resize(n), dv_.resize(n), ds_.resize(n), dt_.resize(n);
+  for (size_t i = 0; i < n; ++i) {
+    const BatchPoint& p = points_[i];
+    V3f &du = du_[i], &dv = dv_[i], &ds = ds_[i], &dt = dt_[i];
+    derivatives(i, du, dv);
+    ds = du, dt = dv;
+    const bool spans =
+        byTexture && changeParameters(
+                         p, [&](float u, float v) { return textureCoordinates(p, u, v); }, ds, dt);
+    if (byParameters || (byTexture && !spans))
+      changeParameters(
+          p, [&](float u, float v) { return p.surface->surfaceParameters(p.face, u, v); }, du, dv);
+    if (!spans) ds = du, dt = dv;
+  }
+  const auto vectors = [&](const std::vector<V3f>& from) {
+    return planes_.fill3(n, [&](size_t i) { return from[i]; });
+  };
+  if (reads & PATINA_CHANNEL_DPDU) in.dPdu = vectors(du_);
+  if (reads & PATINA_CHANNEL_DPDV) in.dPdv = vectors(dv_);
+  if (reads & PATINA_CHANNEL_FOOTPRINT)
+    in.footprint_st = planes_.fill(n, [&](size_t i) {
+      // How fast s and t grow at most: the lengths of their gradients.
+      const float area = std::max(ds_[i].cross(dt_[i]).length(), 1e-30f);
+      return std::min(points_[i].footprint * (std::max(ds_[i].length(), dt_[i].length()) / area), 1.0f);
+    });
+}
+
 void SurfaceBatch::fillTextureCoordinates(PatinaPoints& in) {
   const size_t n = points_.size();
   uv_.resize(n), st_.resize(n);
   for (size_t i = 0; i < n; ++i) {
     const BatchPoint& p = points_[i];
-    const SurfaceVariables& variables = *p.variables;
-    V2f& st = st_[i];
     uv_[i] = p.surface->surfaceParameters(p.face, p.u, p.v);
-    const std::array<float, 8>& c = p.attributes->textureCoordinates;
-    const auto [a, b] = p.surface->textureParameters(p.face, p.u, p.v);
-    st = V2f(c[0], c[1]) * ((1 - a) * (1 - b)) + V2f(c[2], c[3]) * (a * (1 - b)) +
-         V2f(c[4], c[5]) * ((1 - a) * b) + V2f(c[6], c[7]) * (a * b);
-    if (variables.st && variables.st->components <= 16) {
-      float value[16];
-      p.surface->interpolate(*variables.st, p.face, p.u, p.v, value);
-      st = {value[0], value[1]};
-    }
-    if (variables.s) p.surface->interpolate(*variables.s, p.face, p.u, p.v, &st.x);
-    if (variables.t) p.surface->interpolate(*variables.t, p.face, p.u, p.v, &st.y);
+    st_[i] = textureCoordinates(p, p.u, p.v);
   }
   in.u = planes_.fill(n, [&](size_t i) { return uv_[i].x; });
   in.v = planes_.fill(n, [&](size_t i) { return uv_[i].y; });
@@ -103,19 +161,8 @@ PatinaPoints SurfaceBatch::fill(const ShaderInstance& shader, uint64_t reads,
   if (reads & PATINA_CHANNEL_FOOTPRINT)
     in.footprint = planes_.fill(n, [&](size_t i) { return points_[i].footprint; });
   if (reads & PATINA_CHANNEL_TIME) in.time = planes_.uniform(0);
-  if (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV | PATINA_CHANNEL_FOOTPRINT)) {
-    du_.resize(n), dv_.resize(n);
-    for (size_t i = 0; i < n; ++i) derivatives(i, du_[i], dv_[i]);
-    in.dPdu = planes_.fill3(n, [&](size_t i) { return du_[i]; });
-    in.dPdv = planes_.fill3(n, [&](size_t i) { return dv_[i]; });
-    // Texture coordinates run along the surface's own parameters unless variables say otherwise.
-    in.footprint_st = planes_.fill(n, [&](size_t i) {
-      const V2f scale = points_[i].surface->parameterScale(points_[i].face);
-      const float perU = scale.x / std::max(du_[i].length(), 1e-20f),
-                  perV = scale.y / std::max(dv_[i].length(), 1e-20f);
-      return std::min(points_[i].footprint * std::max(perU, perV), 1.0f);
-    });
-  }
+  if (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV | PATINA_CHANNEL_FOOTPRINT))
+    fillDerivatives(reads, derivatives, in);
   if (reads & (PATINA_CHANNEL_UV | PATINA_CHANNEL_ST)) fillTextureCoordinates(in);
   const auto color = [&](const PrimVar* SurfaceVariables::*variable, Rgb Attributes::*fallback) {
     return planes_.fill3(n, [&](size_t i) {

@@ -51,11 +51,12 @@ class SurfaceBatch {
 
  private:
   void fillTextureCoordinates(PatinaPoints& in);
+  void fillDerivatives(uint64_t reads, const Derivatives& derivatives, PatinaPoints& in);
   std::span<const PatinaValue> fillParameters(const ShaderInstance& shader);
 
   Planes planes_;
   std::vector<BatchPoint> points_;
-  std::vector<V3f> du_, dv_;
+  std::vector<V3f> du_, dv_, ds_, dt_;  // du_, dv_: by the surface's parameters
   std::vector<V2f> uv_, st_;
   std::vector<PatinaValue> changed_;
 };

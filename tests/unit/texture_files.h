@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -50,6 +51,39 @@ inline void writeTiff8(const std::string& path, int width, int height, const Pix
   for (const auto& e : entries) put16(e[0]), put16(e[1]), put32(e[2]), put32(e[3]);
   put32(0);
   for (int c = 0; c < 3; ++c) put16(8);
+  std::ofstream(path, std::ios::binary) << file;
+}
+
+using Pixel32 = std::function<std::array<float, 3>(int x, int y)>;
+
+/// Floats: an uncompressed TIFF of one strip. Row 0 is the top.
+inline void writeTiff32(const std::string& path, int width, int height, const Pixel32& pixel) {
+  std::string file("II*\0", 4);
+  const auto put16 = [&](unsigned v) {
+    file += static_cast<char>(v & 255), file += static_cast<char>(v >> 8);
+  };
+  const auto put32 = [&](unsigned v) { put16(v & 65535), put16(v >> 16); };
+  const auto bytes = static_cast<unsigned>(12 * width * height), at = 8 + bytes;
+  put32(at);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (const float v : pixel(x, y)) put32(std::bit_cast<uint32_t>(v));
+  constexpr unsigned kShort = 3, kLong = 4, kBehind = 2 + 12 * 10 + 4;
+  const unsigned entries[][4] = {{256, kShort, 1, static_cast<unsigned>(width)},
+                                 {257, kShort, 1, static_cast<unsigned>(height)},
+                                 {258, kShort, 3, at + kBehind},  // bits per sample
+                                 {259, kShort, 1, 1},             // not compressed
+                                 {262, kShort, 1, 2},             // RGB
+                                 {273, kLong, 1, 8},
+                                 {277, kShort, 1, 3},
+                                 {278, kShort, 1, static_cast<unsigned>(height)},
+                                 {279, kLong, 1, bytes},
+                                 {339, kShort, 3, at + kBehind + 6}};  // format of samples
+  put16(10);
+  for (const auto& e : entries) put16(e[0]), put16(e[1]), put32(e[2]), put32(e[3]);
+  put32(0);
+  for (int c = 0; c < 3; ++c) put16(32);
+  for (int c = 0; c < 3; ++c) put16(3);  // floats
   std::ofstream(path, std::ios::binary) << file;
 }
 
