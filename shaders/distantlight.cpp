@@ -10,7 +10,7 @@ namespace {
 struct DistantLight {
   struct Parameters {
     float intensity = 1;
-    Color lightcolor = 1;
+    Color lightcolor = 1, shadowcolor = 0;
     Point from{0, 0, 0}, to{0, 0, 1};
     float angle = 0;
   };
@@ -22,7 +22,10 @@ struct DistantLight {
       uniform("from", &Parameters::from, "the light shines from here ..."),
       uniform("to", &Parameters::to, "... to here"),
       uniform("angle", &Parameters::angle, "full angle of the disc as seen from the scene; the sun: 0.53",
-              {0, 180}, "degree"));
+              {0, 180}, "degree"),
+      uniform("shadowcolor", &Parameters::shadowcolor,
+              "share of the light that gets into its shadows, where angle is 0; the renderer sees to it",
+              kUnitRange));
   static constexpr uint64_t kTraits = 0;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // spotlight: the light of RI 3.2 that shines from a point into a cone.
 #include <patina/sdk.h>
+#include <patina/sdk/light_filters.h>
 
 using namespace patina::sdk;
 
@@ -10,16 +11,18 @@ struct SpotLight {
   static constexpr Range kDoor{-1.6, 1.6};
   struct Parameters {
     float intensity = 1;
-    Color lightcolor = 1;
+    Color lightcolor = 1, shadowcolor = 0;
     Point from{0, 0, 0}, to{0, 0, 1};
     float coneangle = radians(30), conedeltaangle = radians(5), beamdistribution = 2;
     const char* texturename = "";
     float doorleft = kPi / 2, doorright = kPi / 2, doortop = kPi / 2, doorbottom = kPi / 2, doorsoftness = 0;
+    float rampbegin = 0, rampend = 0;
+    Color rampbegincolor = 1, rampendcolor = 0;
   };
   static constexpr auto kInfo = describe(
       "spotlight",
       "Spotlight: Cl = intensity * lightcolor / (L.L) * cosangle^beamdistribution * smoothstep("
-      "cos(coneangle), cos(coneangle - conedeltaangle), cosangle) (* texture * barn doors)",
+      "cos(coneangle), cos(coneangle - conedeltaangle), cosangle) (* texture * barn doors * ramp)",
       uniform("intensity", &Parameters::intensity, "scale of lightcolor; Cl on the axis at a distance of 1",
               kPositive),
       uniform("lightcolor", &Parameters::lightcolor, "colour of the light", kPositive),
@@ -31,6 +34,8 @@ struct SpotLight {
               {0, 3.2}, "radian"),
       uniform("beamdistribution", &Parameters::beamdistribution, "exponent of the fall-off from the axis",
               {0, 1e4}),
+      uniform("shadowcolor", &Parameters::shadowcolor,
+              "share of the light that gets into its shadows; the renderer sees to it", kUnitRange),
       uniform("texturename", &Parameters::texturename,
               "slide that the light shines through, as wide as the cone, y of shader space up; \"\" = none"),
       uniform("doorleft", &Parameters::doorleft,
@@ -40,7 +45,12 @@ struct SpotLight {
       uniform("doortop", &Parameters::doortop, "the same on the side of y", kDoor, "radian"),
       uniform("doorbottom", &Parameters::doorbottom, "the same on the side of -y", kDoor, "radian"),
       uniform("doorsoftness", &Parameters::doorsoftness, "width of the doors' soft edges, inside of them",
-              {0, 1.6}, "radian"));
+              {0, 1.6}, "radian"),
+      uniform("rampbegin", &Parameters::rampbegin,
+              "where a ramp over the distance begins, which the light is multiplied by", kPositive),
+      uniform("rampend", &Parameters::rampend, "where it ends, world units; 0 = no ramp", kPositive),
+      uniform("rampbegincolor", &Parameters::rampbegincolor, "the factor up to rampbegin", kPositive),
+      uniform("rampendcolor", &Parameters::rampendcolor, "the factor from rampend on", kPositive));
   static constexpr uint64_t kTraits = 0;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
@@ -59,8 +69,9 @@ struct SpotLight {
       doors_ |= doors[k] < 1.5707f;
       outer_[k] = tangent(doors[k]), inner_[k] = tangent(doors[k] - p.doorsoftness);
     }
-    context.lightPower(p.intensity * p.lightcolor * (aimed ? 2 * kPi * (1 - edge_) : 0));
-    context.lightFrom(p.from, axis_, p.coneangle);
+    ramp_ = {p.rampbegin, p.rampend, p.rampbegincolor, p.rampendcolor};
+    context.lightPower(p.intensity * p.lightcolor * ramp_.most() * (aimed ? 2 * kPi * (1 - edge_) : 0));
+    if (!ramp_.filters()) context.lightFrom(p.from, axis_, p.coneangle);
     return PATINA_OK;
   }
 
@@ -81,7 +92,8 @@ struct SpotLight {
     const float cosangle = -dot(out.direction, axis_);
     const float beam = pow(std::max(cosangle, 0.0f), p.beamdistribution) * smoothstep(edge_, full_, cosangle);
     const float through = doors_ ? pastDoors(inFrame(out.direction * -1)) : 1.0f;
-    out.radiance = p.lightcolor * texels[0].color * (lit ? p.intensity * beam * through / square : 0.0f);
+    out.radiance = p.lightcolor * ramp_(out.distance) * texels[0].color *
+                   (lit ? p.intensity * beam * through / square : 0.0f);
     return out;
   }
 
@@ -105,6 +117,7 @@ struct SpotLight {
 
   Vector axis_, right_, up_;
   PatinaTexture* slide_ = nullptr;
+  DistanceRamp ramp_;
   float halfWidth_ = 1;  // tangent of half the slide's angle
   bool doors_ = false;
   float outer_[4]{}, inner_[4]{};  // tangents where light ends, and begins to

@@ -78,6 +78,14 @@ void World::letPass(std::span<Ray> rays, std::span<const Hit> hits, std::span<co
 
 void World::transmittance(std::span<const ShadowRay> wanted, std::span<Rgb> shares,
                           const OpacityCache* cache) const {
+  traceShadows(wanted, shares, cache);
+  if (!lights_->hasShadowColors()) return;
+  for (size_t k = 0; k < wanted.size(); ++k)
+    shares[k] += (Rgb(1, 1, 1) - shares[k]) * lights_->shadowColor(wanted[k].light);
+}
+
+void World::traceShadows(std::span<const ShadowRay> wanted, std::span<Rgb> shares,
+                         const OpacityCache* cache) const {
   struct Scratch {
     std::vector<Ray> rays;
     std::vector<uint32_t> rayOf, which;  // the shadow ray of a ray; of rays

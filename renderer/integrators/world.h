@@ -73,8 +73,8 @@ class World final : private GeometryListener {
     float width = 0, spread = 0;
   };
   /// Share of light that passes from each facet to its target, or without end along its direction when the
-  /// distance is infinite: 0 or 1 among opaque surfaces. Without a cache every surface
-  /// is asked at the very point that a ray meets. [any thread]
+  /// distance is infinite: 0 or 1 among opaque surfaces, and more where the light's shadows have a colour.
+  /// Without a cache every surface is asked at the very point that a ray meets. [any thread]
   void transmittance(std::span<const ShadowRay> rays, std::span<Rgb> shares,
                      const OpacityCache* cache = nullptr) const;
 
@@ -133,6 +133,7 @@ class World final : private GeometryListener {
  private:
   std::unique_ptr<ShaderInstance> makeShader(const ShaderBinding& binding, const char* role,
                                              ShaderHost& host);
+  void traceShadows(std::span<const ShadowRay> rays, std::span<Rgb> shares, const OpacityCache* cache) const;
   void begin(GeometryPart& part) override;
   void end(const GeometryPart& part) override;
   std::string howToReplay(const V3f& at) const;

@@ -25,6 +25,9 @@ class Arguments {
   void add(std::string_view name, const Rgb& value) {
     add(name, ValueType::Color).floats = floats_.emplace_back(std::array{value.x, value.y, value.z});
   }
+  void addVector(std::string_view name, const std::array<float, 3>& value) {
+    add(name, ValueType::Vector).floats = floats_.emplace_back(value);
+  }
   void add(std::string_view name, std::string_view value) {
     add(name, ValueType::String).strings = std::span(&strings_.emplace_back(value), 1);
   }
@@ -50,6 +53,46 @@ Rgb colorOf(const ParamList& params, std::initializer_list<std::string_view> tok
 }
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) / 3; }
+
+/// The day of the year, from 1, by the Gregorian calendar; wrong numbers are brought into their range.
+float dayOfYear(int year, int month, int day) {
+  static constexpr int kBefore[] = {0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334};
+  const bool leaps = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+  month = std::clamp(month, 1, 12);
+  return static_cast<float>(kBefore[month - 1] + std::clamp(day, 1, 31) + (leaps && month > 2 ? 1 : 0));
+}
+
+/// PxrEnvDayLight in the terms of sunsky. Its sun follows month, day and hour, unless the month is 0: then
+/// sunDirection.
+void addDaylight(const ParamList& p, Arguments& to) {
+  const int month = p.intValue("month", 11);
+  if (month <= 0) {
+    to.addVector("sundirection", p.tripleValue("sunDirection", {0, 0, 1}));
+  } else {
+    to.add("day", dayOfYear(p.intValue("year", 2014), month, p.intValue("day", 20)));
+    to.add("time", std::clamp(p.floatValue("hour", 14.6666f), 0.0f, 24.0f));
+    to.add("zone", std::clamp(p.floatValue("zone", -8), -14.0f, 14.0f));
+    to.add("latitude", std::clamp(p.floatValue("latitude", 47.602f), -90.0f, 90.0f));
+    to.add("longitude", std::clamp(p.floatValue("longitude", -122.332f), -180.0f, 180.0f));
+  }
+  to.add("turbidity", std::clamp(p.floatValue("haziness", 2), 2.0f, 10.0f));
+  to.add("sunangle", std::clamp(0.533f * p.floatValue("sunSize", 1), 0.1f, 90.0f));
+  to.add("sun", std::max(mean(colorOf(p, {"sunTint"}, {1, 1, 1})), 0.0f));
+  to.add("sky", std::max(mean(colorOf(p, {"skyTint"}, {1, 1, 1})), 0.0f));
+}
+
+/// What area lights and arealight have in common besides their colour. Angles are in degrees there.
+void addShaping(const ParamList& p, bool isFlat, Arguments& to) {
+  if (const std::string_view map = p.stringValue("lightColorMap", ""); !map.empty())
+    to.add("texturename", map);
+  if (!isFlat) return;
+  const float focus = p.floatValue("emissionFocus", 0), cone = p.floatValue("coneAngle", 90);
+  if (focus > 0) to.add("focus", std::min(focus, 1e4f));
+  if (cone >= 90) return;
+  const float angle = std::max(cone, 0.0f) * std::numbers::pi_v<float> / 180;
+  to.add("coneangle", angle);
+  to.add("conedeltaangle", angle * std::clamp(p.floatValue("coneSoftness", 0), 0.0f, 1.0f));
+}
 
 /// What a modern material comes to.
 struct Material {
@@ -256,13 +299,26 @@ void SceneBuilder::light(std::string_view name, Handle handle, const ParamList& 
   for (const Param& param : params) param.used = true;
   Rgb color = modernLightColor(name, params, at);
   Arguments arguments(at);
+  // As Attribute "light" "shadows", of this light alone.
+  const bool shadowed = state_.lightsCastShadows;
+  state_.lightsCastShadows = shadowed && params.intValue("enableShadows", 1) != 0;
+  const auto finish = [&](uint32_t index) {
+    state_.lightsCastShadows = shadowed;
+    lightsOfWorld(index);
+  };
+  const Rgb shadowColor = colorOf(params, {"shadowColor"}, {0, 0, 0});
+  const bool hasDirection = name == "PxrDistantLight" && params.floatValue("angleExtent", 0.53f) == 0;
+  if (maxComponent(shadowColor) > 0 && !hasDirection)
+    countNotice(
+        fmt::format("the shadowColor of \"{}\" is left out: only lights without a size have one", name), at);
   for (const auto& [light, shape] : kShapes) {
     if (name != light) continue;
     if (params.intValue("areaNormalize", 0) != 0)
       color = color / static_cast<float>(std::max(worldArea(shape, state_.ctm), 1e-30));
     arguments.add("lightcolor", color);
+    addShaping(params, shape == "rectlight" || shape == "disklight", arguments);
     const uint32_t index = addLight("arealight", handle, true, arguments.list(), at);
-    lightsOfWorld(index);
+    finish(index);
     // Its shape: black but for the light, and without a shadow.
     GraphicsState before = state_;
     Attributes& attributes = changeAttributes();
@@ -277,21 +333,28 @@ void SceneBuilder::light(std::string_view name, Handle handle, const ParamList& 
   }
   if (name == "PxrMeshLight") {
     arguments.add("lightcolor", color);
+    addShaping(params, false, arguments);
     const uint32_t index = addLight("arealight", handle, true, arguments.list(), at);
-    lightsOfWorld(index);
+    finish(index);
     changeAttributes().areaLight = index;
   } else if (name == "PxrDistantLight") {
     // Its intensity is the irradiance of a surface that faces it; ours is the radiance of a white matte one.
     arguments.add("lightcolor", color / std::numbers::pi_v<float>);
     arguments.add("angle", params.floatValue("angleExtent", 0.53f));
-    lightsOfWorld(addLight("distantlight", handle, false, arguments.list(), at));
-  } else if (name == "PxrDomeLight" || name == "PxrEnvDayLight") {
+    if (hasDirection) arguments.add("shadowcolor", shadowColor);
+    finish(addLight("distantlight", handle, false, arguments.list(), at));
+  } else if (name == "PxrDomeLight") {
     arguments.add("lightcolor", color);
     if (const std::string_view map = params.stringValue("lightColorMap", ""); !map.empty())
       arguments.add("texturename", map);
-    lightsOfWorld(addLight("envlight", handle, false, arguments.list(), at));
-    if (name == "PxrEnvDayLight") countNotice("Light \"PxrEnvDayLight\" is a sky of one colour", at);
+    finish(addLight("envlight", handle, false, arguments.list(), at));
+  } else if (name == "PxrEnvDayLight") {
+    arguments.add("lightcolor", color);
+    addDaylight(params, arguments);
+    finish(addLight("sunsky", handle, false, arguments.list(), at));
+    countNotice("Light \"PxrEnvDayLight\" is drawn by sunsky, as bright as that is", at);
   } else {
+    state_.lightsCastShadows = shadowed;
     unhandled(fmt::format("Light \"{}\"", name), at);
   }
 }

@@ -15,10 +15,28 @@ namespace {
 STAT_TIME("Time of threads/lights", lightTime);
 
 constexpr size_t kBatch = 256;
+constexpr int32_t kShadowColor = -400;  // the code of a message
 
 Rgb at(const PatinaOut3& out, size_t i) { return {out.x[i], out.y[i], out.z[i]}; }
 bool isSane(const Rgb& c) {  // negative light is odd, but a way to take some away
   return std::abs(c.x) < 1e30f && std::abs(c.y) < 1e30f && std::abs(c.z) < 1e30f;
+}
+
+/// The value of the shader's parameter "shadowcolor"; black where it has none.
+Rgb shadowColorOf(const ShaderInstance& shader) {
+  const PatinaShader& table = shader.shader();
+  for (uint32_t k = 0; k < table.parameter_count; ++k) {
+    const auto& parameter = *reinterpret_cast<const PatinaParameter*>(
+        reinterpret_cast<const std::byte*>(table.parameters) + size_t(k) * table.parameter_stride);
+    if (parameter.type != PATINA_COLOR || parameter.array_length != 0 ||
+        std::string_view(parameter.name) != "shadowcolor")
+      continue;
+    const PatinaValue& value = shader.values()[k];
+    Rgb color(0, 0, 0);
+    for (int c = 0; c < 3; ++c) color[c] = std::clamp(value.floats[size_t(c) * value.plane], 0.0f, 1.0f);
+    return color;
+  }
+  return {0, 0, 0};
 }
 
 }  // namespace
@@ -85,6 +103,15 @@ Lights::Lights(const Geometry& geometry, std::span<const ShaderInstance* const> 
       entry.twoSided = entry.shader->has(PATINA_TRAIT_TWO_SIDED);
       entry.cameraVisible = entry.shader->has(PATINA_TRAIT_CAMERA_VISIBLE);
       entry.power = entry.shader->traits().light_power;
+      entry.shadowColor = shadowColorOf(*entry.shader);
+      if (!isBlack(entry.shadowColor) && entry.kind != PATINA_LIGHT_DELTA) {
+        const PatinaHost& host = entry.shader->host();
+        host.report(host.host, PATINA_REPORT_WARNING, kShadowColor,
+                    "shadowcolor is for lights without a size: these shadows are black");
+        entry.shadowColor = Rgb(0, 0, 0);
+      }
+      if (entry.shadowColor == Rgb(1, 1, 1)) entry.castsShadows = false;
+      hasShadowColors_ |= entry.castsShadows && !isBlack(entry.shadowColor);
       entry.statistics = std::make_unique<Statistics>(std::string(entry.shader->name()));
     }
     if (entry.kind == PATINA_LIGHT_AREA) entry.emitters = std::make_unique<Emitters>();

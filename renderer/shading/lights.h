@@ -40,6 +40,10 @@ class Lights {
     return e.kind == PATINA_LIGHT_INFINITE && !e.smooth && e.castsShadows;
   }
   bool isDelta(uint32_t light) const { return lights_[light].kind == PATINA_LIGHT_DELTA; }
+  /// The share of its light that gets into its shadows, 0 to 1: what its shader's uniform parameter
+  /// "shadowcolor" is, if there is one. Black of all but delta lights: rays find the others as well.
+  const Rgb& shadowColor(uint32_t light) const { return lights_[light].shadowColor; }
+  bool hasShadowColors() const { return hasShadowColors_; }  ///< that are not black
   bool twoSided(uint32_t light) const { return lights_[light].twoSided; }
   bool seenByCamera(uint32_t light) const { return lights_[light].cameraVisible; }
   float power(uint32_t light) const { return lights_[light].power; }
@@ -69,6 +73,7 @@ class Lights {
     PatinaLightKind kind = PATINA_LIGHT_NONE;
     bool castsShadows = true, smooth = false, twoSided = false, cameraVisible = false;
     float power = 1;
+    Rgb shadowColor{0, 0, 0};
     float scale = 1;  ///< of an area light's radiance: PATINA_TRAIT_PER_AREA
     std::unique_ptr<Emitters> emitters;
     std::unique_ptr<Statistics> statistics;
@@ -77,6 +82,7 @@ class Lights {
 
   std::vector<Entry> lights_;
   std::vector<uint32_t> infinite_;
+  bool hasShadowColors_ = false;
 };
 
 }  // namespace patina

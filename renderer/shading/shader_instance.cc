@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
+#include "patina/files.h"
 #include "renderer/shading/plugin_file.h"
 #include "renderer/shading/shader_argument.h"
 #include "renderer/shading/texture_service.h"
@@ -108,6 +110,21 @@ struct ShaderInstance::Services {
     return textures && name && *name ? textures->open(name, s.where_, TextureService::kData) : nullptr;
   }
 
+  static const char* findFile(void* host, const char* name) {
+    if (!name || !*name) return nullptr;
+    thread_local std::string found;
+    const Location& where = self(host).where_;
+    const std::filesystem::path given(name);
+    for (const std::filesystem::path& path :
+         {where.file ? std::filesystem::path(*where.file).parent_path() / given : given, given}) {
+      std::error_code ignored;
+      if (!std::filesystem::is_regular_file(path, ignored)) continue;
+      found = path.string();
+      return found.c_str();
+    }
+    return nullptr;
+  }
+
   static void setAtmosphere(void* host, PatinaAtmosphereFunction function) {
     self(host).atmosphere_ = function;
   }
@@ -131,7 +148,9 @@ struct ShaderInstance::Services {
     static constexpr PatinaDataTextures kDataTextures = {sizeof(PatinaDataTextures), 0, openData};
     static constexpr PatinaAtmospheres kAtmospheres = {sizeof(PatinaAtmospheres), 0, setAtmosphere};
     static constexpr PatinaLobeRegistry kLobes = {sizeof(PatinaLobeRegistry), 0, addLobe};
+    static constexpr PatinaFiles kFiles = {sizeof(PatinaFiles), 0, findFile};
     if (!id) return nullptr;
+    if (std::strcmp(id, PATINA_EXTENSION_FILES) == 0) return &kFiles;
     if (std::strcmp(id, PATINA_EXTENSION_ATMOSPHERE) == 0) return &kAtmospheres;
     if (std::strcmp(id, PATINA_EXTENSION_DATA_TEXTURES) == 0) return &kDataTextures;
     if (std::strcmp(id, PATINA_EXTENSION_CUSTOM_LOBES) == 0) return &kLobes;

@@ -161,5 +161,59 @@ TEST(Modern, DomesDistantLightsAndTheOlderAreaLights) {
                           "carried out yet (once)"));
 }
 
+TEST(Modern, AreaLightsKeepPicturesAndShape) {
+  const Built built = build(
+      "WorldBegin Light \"PxrRectLight\" \"r\" \"string lightColorMap\" \"card.exr\" \"float emissionFocus\" "
+      "3 "
+      "\"float coneAngle\" 45 \"float coneSoftness\" .5 \"int enableShadows\" 0\n"
+      "Light \"PxrSphereLight\" \"s\" \"color shadowColor\" [.1 .2 .3] \"float coneAngle\" 20\n"
+      "Light \"PxrDistantLight\" \"d\" \"float angleExtent\" 0 \"color shadowColor\" [.1 .2 .3] WorldEnd");
+  ASSERT_EQ(built.world().lights.size(), 3u);
+  const auto shader = [&](size_t k) -> const ShaderBinding& {
+    return built.world().shaders.at(built.world().lights[k].shader);
+  };
+  EXPECT_EQ(argument(shader(0), "texturename")->strings.at(0), "card.exr");
+  EXPECT_EQ(number(shader(0), "focus"), 3);
+  constexpr float kQuarter = std::numbers::pi_v<float> / 4;
+  EXPECT_FLOAT_EQ(number(shader(0), "coneangle"), kQuarter);
+  EXPECT_FLOAT_EQ(number(shader(0), "conedeltaangle"), kQuarter / 2);
+  EXPECT_FALSE(built.world().lights[0].castsShadows);
+  EXPECT_TRUE(built.world().lights[1].castsShadows);
+  EXPECT_EQ(argument(shader(1), "coneangle"), nullptr);
+  EXPECT_EQ(color(shader(2), "shadowcolor"), Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre("t.rib:2:1: warning: unimplemented: the shadowColor of \"PxrSphereLight\" is left out: "
+                  "only lights without a size have one (once)"));
+}
+
+TEST(Modern, DaylightIsThatOfItsPlaceAndDay) {
+  const Built built = build(
+      "WorldBegin Light \"PxrEnvDayLight\" \"a\" \"int month\" 3 \"int day\" 1 \"int year\" 2024 \"float "
+      "hour\" 9.5 "
+      "\"float zone\" 1 \"float latitude\" 50 \"float longitude\" 8 \"float haziness\" 4 \"float sunSize\" 2 "
+      "\"float exposure\" 1\n"
+      "Light \"PxrEnvDayLight\" \"b\" \"int month\" 0 \"vector sunDirection\" [1 2 3] WorldEnd");
+  ASSERT_EQ(built.world().lights.size(), 2u);
+  const auto shader = [&](size_t k) -> const ShaderBinding& {
+    return built.world().shaders.at(built.world().lights[k].shader);
+  };
+  EXPECT_EQ(shader(0).name, "sunsky");
+  EXPECT_EQ(color(shader(0), "lightcolor"), Rgb(2, 2, 2));
+  EXPECT_EQ(number(shader(0), "day"), 61);  // of a leap year
+  EXPECT_EQ(number(shader(0), "time"), 9.5f);
+  EXPECT_EQ(number(shader(0), "zone"), 1);
+  EXPECT_EQ(number(shader(0), "latitude"), 50);
+  EXPECT_EQ(number(shader(0), "longitude"), 8);
+  EXPECT_EQ(number(shader(0), "turbidity"), 4);
+  EXPECT_FLOAT_EQ(number(shader(0), "sunangle"), 2 * 0.533f);
+  EXPECT_EQ(argument(shader(1), "time"), nullptr);
+  EXPECT_EQ(argument(shader(1), "sundirection")->floats, (std::vector<float>{1, 2, 3}));
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre("t.rib:1:12: warning: unimplemented: Light \"PxrEnvDayLight\" is drawn by sunsky, as "
+                  "bright as that is (2 times)"));
+}
+
 }  // namespace
 }  // namespace patina

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands in the way of a light: filters that shaders of lights multiply their radiance by.
+#pragma once
+
+#include "math.h"
+
+namespace patina::sdk {
+
+/// A ramp over the distance from the light: `near` up to the distance `begin`, `far` from `end` on, and
+/// between them in proportion. Without an `end` above 0 it filters nothing. Lights with a ramp do not fall
+/// off with the square of the distance: they must not say Prepare::lightFrom().
+struct DistanceRamp {
+  float begin = 0, end = 0;  ///< world units
+  Color near{1}, far{0};
+
+  PATINA_INLINE bool filters() const { return end > 0; }
+  PATINA_INLINE Color operator()(float distance) const {
+    const float length = end - begin;
+    // A step where it has no length.
+    const float t = length > 0 ? clamp((distance - begin) / length, 0, 1) : distance < end ? 0.0f : 1.0f;
+    return filters() ? mix(near, far, t) : Color(1);
+  }
+  /// The largest factor in each channel.
+  PATINA_INLINE Color most() const {
+    const Color m(std::max(near.r, far.r), std::max(near.g, far.g), std::max(near.b, far.b));
+    return filters() ? m : Color(1);
+  }
+};
+
+}  // namespace patina::sdk
