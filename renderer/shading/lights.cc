@@ -7,7 +7,9 @@
 #include <string>
 
 #include "renderer/base/statistics.h"
+#include "renderer/shading/light_validation.h"
 #include "renderer/shading/planes.h"
+#include "renderer/shading/shader_validation.h"
 
 namespace patina {
 namespace {
@@ -43,6 +45,7 @@ Rgb shadowColorOf(const ShaderInstance& shader) {
 
 struct Lights::Statistics {
   StatCounter calls, points, replaced;
+  std::unique_ptr<LightValidation> validation;  // where it is asked for
   explicit Statistics(const std::string& shader)
       : calls("Shaders/" + shader + "/light/calls"),
         points("Shaders/" + shader + "/light/points"),
@@ -113,6 +116,7 @@ Lights::Lights(const Geometry& geometry, std::span<const ShaderInstance* const> 
       if (entry.shadowColor == Rgb(1, 1, 1)) entry.castsShadows = false;
       hasShadowColors_ |= entry.castsShadows && !isBlack(entry.shadowColor);
       entry.statistics = std::make_unique<Statistics>(std::string(entry.shader->name()));
+      if (validatesShaders()) entry.statistics->validation = std::make_unique<LightValidation>(*entry.shader);
     }
     if (entry.kind == PATINA_LIGHT_AREA) entry.emitters = std::make_unique<Emitters>();
     if (entry.kind == PATINA_LIGHT_INFINITE) infinite_.push_back(static_cast<uint32_t>(lights_.size()));
@@ -159,7 +163,9 @@ LightBounds Lights::bounds(uint32_t index) const {
 PatinaStatus Lights::call(const Entry& light, const PatinaLightIn& in, PatinaLightOut& out) const {
   ++light.statistics->calls;
   light.statistics->points += in.count;
-  return light.shader->light(in, out);
+  const PatinaStatus status = light.shader->light(in, out);
+  if (status == PATINA_OK && light.statistics->validation) light.statistics->validation->check(in, out);
+  return status;
 }
 
 namespace {

@@ -88,5 +88,51 @@ TEST_F(ValidateShaders, GoodShadersPassAndThePictureIsTheSame) {
   }
 }
 
+const std::string lit = "Surface \"matte\" ";
+
+TEST_F(ValidateShaders, NamesWhatIsWrongWithLights) {
+  for (const auto& [request, says] :
+       {Wrong{"LightSource \"wrong_wrong_pdf\" 2",
+              "light has a wrong pdf: 0.2502 of its samples fall where they should be 0.5"},
+        Wrong{"LightSource \"wrong_wrong_samples\" 2", "light has a wrong pdf: 0.2"},
+        Wrong{"LightSource \"wrong_no_fall_off\" 2",
+              "light does not fall off with the square of the distance"},
+        Wrong{"LightSource \"wrong_long_directions\" 2",
+              "light (sample) gives directions that are not of unit length"},
+        Wrong{"LightSource \"wrong_negative_light\" 2",
+              "light (sample) gives a negative radiance: (1, 1, -0.5)"},
+        Wrong{"LightSource \"wrong_evaluates_otherwise\" 2",
+              "light (evaluate) gives another radiance or pdf than sample for its directions: radiance (1, "
+              "0.9, "
+              "1) and (1, 1, 1)"},
+        Wrong{"LightSource \"wrong_light_reads_neighbours\" 2",
+              "gives a point other values alone than in a batch"},
+        Wrong{"LightSource \"wrong_random_delta\" 2",
+              "light depends on random numbers, though it is a DELTA"}}) {
+    const Run checked = render(lit + request, "--validate-shaders");
+    EXPECT_EQ(checked.status, 1) << request;
+    EXPECT_THAT(checked.output, HasSubstr(says)) << request;
+    EXPECT_THAT(checked.output, HasSubstr("scene.rib:3:")) << "the request of the shader";
+    const Run plain = render(lit + request, "");
+    EXPECT_EQ(plain.status, 0) << plain.output;
+  }
+}
+
+TEST_F(ValidateShaders, GoodLightsPassAndThePictureIsTheSame) {
+  for (const char* request :
+       {"LightSource \"wrong_right_pdf\" 2", "LightSource \"sunsky\" 2 \"turbidity\" [4]",
+        "LightSource \"distantlight\" 2 \"angle\" [0.53]", "LightSource \"ambientlight\" 2",
+        "LightSource \"spotlight\" 2 \"from\" [3 3 -3] \"to\" [0 0 0] \"beamdistribution\" [60]",
+        "LightSource \"pointlight\" 2 \"from\" [3 3 -3] \"rampend\" [5]",
+        "AttributeBegin AreaLightSource \"arealight\" 2 \"focus\" [3] Translate 0 3 0 Sphere 0.5 -0.5 0.5 "
+        "360 "
+        "AttributeEnd Illuminate 2 1"}) {
+    const Run checked = render(lit + request, "--validate-shaders"), plain = render(lit + request, "");
+    EXPECT_EQ(checked.status, 0) << request << checked.output;
+    EXPECT_FALSE(plain.picture.empty());
+    EXPECT_TRUE(checked.picture == plain.picture) << request;
+  }
+}
+
 }  // namespace
 }  // namespace patina

@@ -17,7 +17,8 @@ static const PatinaParameter kParameters[] = {{sizeof(PatinaParameter), PATINA_F
 
 #define INSTANCE_FLOATS 1024
 #if defined(WRONG_PDF) || defined(WRONG_SAMPLES) || defined(RIGHT_PDF) || defined(NO_FALL_OFF) || \
-    defined(LONG_DIRECTIONS)
+    defined(LONG_DIRECTIONS) || defined(NEGATIVE_LIGHT) || defined(EVALUATES_OTHERWISE) || \
+    defined(LIGHT_READS_NEIGHBOURS) || defined(RANDOM_DELTA)
 #define IS_LIGHT 1
 #else
 #define IS_LIGHT 0
@@ -41,6 +42,8 @@ static PatinaStatus prepare(const PatinaPrepare* in, void** instance, PatinaTrai
   traits->active &= ~(1u << PATINA_ENTRY_RADIOSITY);
 #elif defined(FALSE_BLACK)
   traits->flags |= PATINA_TRAIT_BLACK;
+#elif defined(RANDOM_DELTA)
+  traits->light_kind = PATINA_LIGHT_DELTA;
 #elif defined(NO_FALL_OFF)
   traits->light_kind = PATINA_LIGHT_DELTA;
   traits->flags |= PATINA_TRAIT_FROM_POINT;
@@ -191,6 +194,13 @@ static PatinaStatus light(void* instance, const PatinaLightIn* in, PatinaLightOu
     }
     out->radiance.x[i] = out->radiance.y[i] = out->radiance.z[i] = 1;
     out->pdf[i] = PDF;
+#if defined(NEGATIVE_LIGHT)
+    out->radiance.z[i] = -0.5f;
+#elif defined(EVALUATES_OTHERWISE)
+    if (in->task == PATINA_LIGHT_EVALUATE) out->radiance.y[i] = 0.9f;
+#elif defined(LIGHT_READS_NEIGHBOURS)
+    out->radiance.x[i] = i + 1 < in->count ? 0.5f : 1;
+#endif
   }
   return PATINA_OK;
 }
