@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // ieslight: a point light that shines as a luminaire was measured to, by a file of IES LM-63.
-#include <patina/files.h>
 #include <patina/sdk.h>
 #include <patina/sdk/light_filters.h>
 

@@ -9,10 +9,11 @@
 #include <cstring>
 #include <filesystem>
 
-#include "patina/files.h"
 #include "renderer/shading/plugin_file.h"
 #include "renderer/shading/shader_argument.h"
 #include "renderer/shading/texture_service.h"
+#include "rib/input_files.h"
+#include "rib/sandbox.h"
 
 namespace patina {
 namespace {
@@ -120,6 +121,8 @@ struct ShaderInstance::Services {
       std::error_code ignored;
       if (!std::filesystem::is_regular_file(path, ignored)) continue;
       found = path.string();
+      if (!readProblem(found).empty()) continue;
+      noteInputFile(found);
       return found.c_str();
     }
     return nullptr;

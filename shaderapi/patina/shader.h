@@ -32,7 +32,7 @@ extern "C" {
 #endif
 
 #define PATINA_ABI_MAJOR 1u /* in the symbol's name; differs = refused */
-#define PATINA_ABI_MINOR 2u /* newer plugins run with older hosts of the same major version */
+#define PATINA_ABI_MINOR 3u /* newer plugins run with older hosts of the same major version */
 #define PATINA_LANES 16u
 #define PATINA_MAX_LOBES 8u
 #define PATINA_LOBE_DATA 16u /* numbers that a custom lobe may take from `view`, at most */
@@ -460,6 +460,20 @@ typedef struct PatinaAtmospheres {
      * PatinaHost.host. */
     void (*set)(void *host, PatinaAtmosphereFunction function);
 } PatinaAtmospheres;
+
+/* ---- Extension: files ------------------------------------------------------------------------------------------ */
+
+/* Files that are no textures, found where a scene has them. */
+#define PATINA_EXTENSION_FILES "patina.files.1"
+
+typedef struct PatinaFiles {
+    uint32_t struct_size;
+    uint32_t reserved;
+    /* [main] The path of `name`, which a scene gives as a shader's argument: beside the file of the request that binds the
+     * shader, else as it is. NULL = there is no such file, or the scene may not read it. Only regular files are found. In
+     * `prepare` alone; the string is the host's and lives until the next call. */
+    const char *(*find)(void *host, const char *name);
+} PatinaFiles;
 
 #ifdef __cplusplus
 }

@@ -87,6 +87,19 @@ TEST_F(Sandbox, TexturesOutsideAreNotRead) {
   }
 }
 
+TEST_F(Sandbox, FilesOfShadersOutsideAreNotRead) {
+  write("outside/secret.ies", "IESNA:LM-63-1995\nTILT=NONE\n1 -1 1 1 1 1 1 0 0 0\n1 1 0\n0\n0\n500\n");
+  fs::create_symlink(folder_ / "outside/secret.ies", folder_ / "scenes/linked.ies");
+  const std::string light = "LightSource \"ieslight\" 1 \"profile\" ";
+  for (const std::string& name : {at("outside/secret.ies"), std::string("linked.ies")}) {
+    const Outcome outcome = render(kOut, light + "\"" + name + "\" Sphere 1 -1 1 360");
+    EXPECT_THAT(outcome.errors, HasSubstr(name)) << outcome.errors;
+    EXPECT_EQ(outcome.status, 1) << name;
+  }
+  fs::copy_file(folder_ / "outside/secret.ies", folder_ / "scenes/own.ies");
+  EXPECT_EQ(render(kOut, light + "\"own.ies\" Sphere 1 -1 1 360").errors, "");
+}
+
 TEST_F(Sandbox, NothingIsWrittenOutsideOfTheOutputFolder) {
   fs::create_symlink(folder_ / "outside", folder_ / "work/way");
   for (const std::string& name : {at("outside/x.exr"), std::string("../outside/x.exr"),
