@@ -44,8 +44,10 @@ FilmSettings filmSettings(const Options& options, ErrorHandler& errors) {
 
 std::vector<OutputSettings> outputSettings(const Scene& scene) {
   const Options& options = scene.options;
-  const M44f worldToCamera(scene.camera.worldToCamera);
-  const M44f worldToScreen(worldToNormalizedScreen(scene.camera));
+  const auto world = scene.coordinateSystems.find("world");  // its origin may have been moved: see origin.h
+  const M44d moved = world == scene.coordinateSystems.end() ? M44d() : world->second;
+  const M44f worldToCamera(moved * scene.camera.worldToCamera);
+  const M44f worldToScreen(moved * worldToNormalizedScreen(scene.camera));
   std::vector<OutputSettings> outputs;
   for (const DisplayRequest& request : options.displays) {
     OutputSettings& output = outputs.emplace_back();

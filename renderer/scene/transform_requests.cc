@@ -30,10 +30,14 @@ bool SceneBuilder::concat(const M44d& matrix, const Location& at, const std::opt
   return true;
 }
 
-void SceneBuilder::identity(const Location& at) { setTransform(M44d(), at); }
+// In a delayed archive the world's origin may have been moved: see origin.h.
+void SceneBuilder::identity(const Location& at) {
+  setTransform(outer_ && !inObject() ? namedTransform("world").value_or(M44d()) : M44d(), at);
+}
 
 void SceneBuilder::transform(const RibMatrix& matrix, const Location& at) {
-  setTransform(toMatrix(matrix), at);
+  const M44d m = toMatrix(matrix);
+  setTransform(outer_ && !inObject() ? m * namedTransform("world").value_or(M44d()) : m, at);
 }
 
 void SceneBuilder::concatTransform(const RibMatrix& matrix, const Location& at) {

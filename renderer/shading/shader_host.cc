@@ -51,7 +51,8 @@ void ShaderHost::summarize(ErrorHandler& errors) {
 }
 
 std::optional<M44d> ShaderHost::spaceToWorld(std::string_view name, const M44d& shaderToWorld) const {
-  if (name == "world" || name == "current") return M44d();
+  if (name == "current") return M44d();
+  if (name == "world") return (findSpace_ ? findSpace_(name) : std::nullopt).value_or(M44d());
   if (name == "shader" || name == "object") return shaderToWorld;
   return findSpace_ ? findSpace_(name) : std::nullopt;
 }

@@ -13,6 +13,7 @@
 
 #include "renderer/film/scene_film.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/origin.h"
 #include "renderer/scene/scene_builder.h"
 #include "renderer/shading/shader_validation.h"
 #include "renderer/shading/texture_maker.h"
@@ -218,6 +219,8 @@ void Session::renderWorld(Scene& scene) {
   if (commandLine_.check) return checkDelayed(scene, errors_);
   if (isSettled(scene)) return;
   reading_.reset();
+
+  if (const auto origin = betterOrigin(scene)) moveOrigin(scene, *origin);
 
   // A folder that cannot be written to is better known now than after the render.
   const std::vector<OutputSettings> outputs = outputSettings(scene);
