@@ -5,6 +5,7 @@
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/atmosphere.h"
 #include "renderer/integrators/integrator.h"
+#include "renderer/integrators/met_point.h"
 
 namespace patina {
 namespace {
@@ -144,6 +145,8 @@ void PathIntegrator::step(Wave& wave) const {
       wave.hits, wave.pathOf,
       [&](uint32_t k) { return std::pair(wave.paths[k].ray.direction, wave.paths[k].footprint); },
       wave.points);
+  for (size_t i = 0; i < wave.points.size(); ++i)
+    placeAlongRay(wave.points[i], world_, wave.rays[wave.pathOf[i]], wave.hits[wave.pathOf[i]]);
   throughAir(wave);
   size_t kept = 0;
   for (size_t i = 0; i < wave.points.size(); ++i) {
@@ -369,7 +372,9 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
   path.spread = s.delta ? path.spread : std::max(path.spread, s.diffuse ? 0.3f : s.alpha);
   ++path.vertex;
   if (++path.bounces > kRouletteDepth) {
-    const float survive = std::min(0.95f, std::sqrt(maxComponent(path.throughput)));
+    // No less than what surfaces reflect, however much that is: else weights would grow from bounce to
+    // bounce, and their variance without bound where albedos are above the root of the chance to go on.
+    const float survive = std::min(1.0f, std::sqrt(maxComponent(path.throughput)));
     if (sobol1(path.sample, path.seed(kRoulette)) >= survive) {
       ++rouletteEnds;
       return false;
