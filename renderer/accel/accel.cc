@@ -20,9 +20,14 @@ STAT_COUNTER("Rays/diffuse", diffuseRays);
 STAT_COUNTER("Rays/specular", specularRays);
 STAT_COUNTER("Rays/transmission", transmissionRays);
 STAT_COUNTER("Rays/with a time", timedRays);
+STAT_COUNTER("Rays/that cannot be traced: beyond 1e18, or that in an instance's space", lostRays);
 STAT_COUNTER("Rays/units waited for by batches", waitedUnits);
 STAT_COUNTER("Rays/meetings that waited", waitedMeetings);
 STAT_COUNTER("Geometry/units moved into the scene's own structure", settledUnits);
+
+bool canTrace(const PartTracer& part, const Ray& ray) {
+  return part.traces(ray.origin, ray.direction, ray.tNear, ray.tFar);
+}
 
 void count(uint32_t mask, int64_t n) {
   switch (mask) {
@@ -345,6 +350,10 @@ void Accel::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
   const TimeShare share(rayTime);
   count(rays);
   scenes_->traceBatch(rays, 1, hits, [&](size_t k, QueryContext& context) {
+    if (!canTrace(*scenes_->main, rays[k])) {
+      ++lostRays, hits[k] = {};
+      return;
+    }
     RTCRayHit r = toEmbree(rays[k], static_cast<uint32_t>(k));
     rtcIntersect1(scenes_->main->scene(), &context.embree, &r);
     hits[k] = scenes_->toHit(r, rays[k], *scenes_->main);
@@ -357,6 +366,10 @@ void Accel::occluded(std::span<const Ray> rays, std::span<uint8_t> occluded) con
   const Scenes& s = *scenes_;
   const bool defers = s.defers() && rays.size() > 1;
   const auto trace = [&](size_t k, TessellationCache::Reader* reader) {
+    if (!canTrace(*s.main, rays[k])) {
+      ++lostRays, occluded[k] = false;
+      return;
+    }
     QueryContext context(reader, *s.main, defers ? &deferredUnits : nullptr);
     RTCRayHit r = toEmbree(rays[k], static_cast<uint32_t>(k));
     rtcOccluded1(s.main->scene(), &context.embree, &r.ray);
@@ -386,12 +399,17 @@ void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const 
     RTCRayHit16 p;
     const size_t n = std::min<size_t>(16, rays.size() - base);
     for (size_t k = 0; k < 16; ++k) {
-      const Ray& ray = rays[base + std::min(k, n - 1)];
-      valid[k] = k < n ? -1 : 0;
+      const Ray& given = rays[base + std::min(k, n - 1)];
+      static constexpr Ray kNowhere{};  // Embree looks at lanes that are not valid, too
+      const bool traced = canTrace(*scenes_->main, given);
+      const Ray& ray = traced ? given : kNowhere;
+      lostRays += k < n && !traced;
+      valid[k] = k < n && traced ? -1 : 0;
       p.ray.org_x[k] = ray.origin.x, p.ray.org_y[k] = ray.origin.y, p.ray.org_z[k] = ray.origin.z;
       p.ray.dir_x[k] = ray.direction.x, p.ray.dir_y[k] = ray.direction.y, p.ray.dir_z[k] = ray.direction.z;
       p.ray.tnear[k] = ray.tNear, p.ray.tfar[k] = ray.tFar, p.ray.time[k] = ray.time;
-      p.ray.mask[k] = k < n ? ray.mask : 0, p.ray.id[k] = static_cast<uint32_t>(base + k), p.ray.flags[k] = 0;
+      p.ray.mask[k] = valid[k] != 0 ? ray.mask : 0, p.ray.id[k] = static_cast<uint32_t>(base + k),
+      p.ray.flags[k] = 0;
       p.hit.geomID[k] = p.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
     // Lanes that are not valid come to user geometry all the same: those have no mask.

@@ -34,6 +34,17 @@ void setSteps(RTCGeometry shape, const std::vector<TransformParts>& steps) {
   }
 }
 
+/// The largest coordinate of a ray's origin that stays below kLargestOrigin in the space behind a matrix.
+float reachThrough(const M44f& worldToMesh) {
+  const M44d m(worldToMesh);
+  double reach = static_cast<double>(kLargestOrigin);
+  for (int k = 0; k < 3; ++k) {
+    const double sum = std::abs(m[0][k]) + std::abs(m[1][k]) + std::abs(m[2][k]);
+    reach = std::min(reach, (static_cast<double>(kLargestOrigin) - std::abs(m[3][k])) / sum);
+  }
+  return reach > 0 ? static_cast<float>(reach) : 0;
+}
+
 /// A query within a delayed archive.
 class Within {
  public:
@@ -189,11 +200,14 @@ void PartTracer::attachInstances() {
   std::vector<uint32_t>& twins = instances_.twins;
   for (uint32_t k = 0; k < count; ++k) {
     const PlacedInstance& instance = geometry_.instances()[base + k];
+    reach_ = std::min(reach_, reachThrough(instance.worldToMesh));
     if (instance.movement == kNone) {
       rtcReleaseGeometry(attach(instance, instance.visibility, first + k, stillAt(instance)));
       continue;
     }
     const InstanceMovement& movement = geometry_.movements()[instance.movement];
+    for (const TransformParts& step : movement.steps)
+      reach_ = std::min(reach_, reachThrough(M44f(step.matrix().inverse())));
     const uint32_t moving = movement.sampleMotion ? instance.visibility : instance.visibility & kCameraRay;
     if (moving != 0) {
       ++timedGeometries;
@@ -334,7 +348,7 @@ void PartTracer::intersectDelayed(const RTCIntersectFunctionNArguments* args) {
     RTCRayHit ray = rtcGetRayHitFromRayHitN(args->rayhit, args->N, k);
     if (ray.ray.mask == 0) continue;  // a lane of a packet that is not full
     const PartTracer* const part = meetDelayed(list, list.first + args->primID, query, ray.ray);
-    if (!part) continue;
+    if (!part || !part->traces(ray.ray)) continue;
     RTCHit& hit = ray.hit;
     hit.geomID = hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     const Within within(query, *part);
@@ -358,7 +372,7 @@ void PartTracer::occludeDelayed(const RTCOccludedFunctionNArguments* args) {
     if (args->valid[k] == 0) continue;
     RTCRay ray = rtcGetRayFromRayN(args->ray, args->N, k);
     const PartTracer* const part = meetDelayed(list, list.first + args->primID, query, ray);
-    if (!part) continue;
+    if (!part || !part->traces(ray)) continue;
     const Within within(query, *part);
     rtcOccluded1(part->scene(), args->context, &ray);
     if (ray.tfar < 0) RTCRayN_tfar(args->ray, args->N, k) = ray.tfar;

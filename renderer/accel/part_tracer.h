@@ -15,6 +15,9 @@ namespace patina {
 
 /// Hits in units name the traced surface from here on in place of an Embree geometry, and its face.
 inline constexpr uint32_t kFirstTraced = 0x40000000;
+/// Embree refuses coordinates of rays beyond 1.8e18, in every space that they come through.
+inline constexpr float kLargestOrigin = 1e18f;
+
 /// Hits in delayed archives name the placement from here on, its face, the index of Geometry::instances() in
 /// place of Embree's number, and the normal as MetFace has it.
 inline constexpr uint32_t kFirstResolved = 0x80000000;
@@ -51,6 +54,20 @@ class PartTracer final : public GeometryPart::Tracer {
   /// What Embree's numbers of a hit in this part mean; `u` and `v` become those of the face. [any thread]
   MetFace met(uint32_t geometry, uint32_t primitive, uint32_t instance, const V3f& normal, float time,
               float& u, float& v) const;
+  /// Rays whose origins have a coordinate beyond this cannot be traced here: in the space of some instance,
+  /// which is very small or flat, Embree's numbers would not hold them.
+  float reach() const { return reach_; }
+  /// Whether Embree can trace a ray, here and in the spaces of all instances.
+  bool traces(const V3f& origin, const V3f& direction, float tNear, float tFar) const {
+    const auto within = [](const V3f& v, float most) {
+      return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;  // NaN is not
+    };
+    return within(origin, reach_) && within(direction, kLargestOrigin) && tNear <= kInfinity &&
+           tFar <= kInfinity;
+  }
+  bool traces(const RTCRay& ray) const {
+    return traces({ray.org_x, ray.org_y, ray.org_z}, {ray.dir_x, ray.dir_y, ray.dir_z}, ray.tnear, ray.tfar);
+  }
   /// Some units stand here as bounds that are looked into when rays meet them.
   bool hasUnits() const { return !lists_.empty(); }
 
@@ -94,6 +111,7 @@ class PartTracer final : public GeometryPart::Tracer {
   DelayedList delayed_;
   std::vector<RTCGeometry> movingShapes_;  ///< from firstMovement_ on; null = rays that move do not see it
   InstanceNumbers instances_;
+  float reach_ = kLargestOrigin;
 };
 
 /// What a query's callbacks know beside what Embree has for them.

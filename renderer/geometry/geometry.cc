@@ -11,6 +11,7 @@
 #include "renderer/base/statistics.h"
 #include "renderer/geometry/bounds.h"
 #include "renderer/geometry/face_order.h"
+#include "renderer/geometry/primvar.h"
 
 namespace patina {
 namespace {
@@ -33,6 +34,22 @@ bool invertible(const M44d& m) {
   const double d = m.determinant();
   return std::isfinite(d) && d != 0;
 }
+
+/// Whether rays can be taken to the space of an instance: what is smaller or flatter than a part in 1e12 of
+/// the world's unit, or larger than 1e15 of them, is not to be met by single-precision rays.
+bool isOfRaysSize(const M44d& toWorld) {
+  const M44d back = toWorld.inverse();
+  double largest = 0, smallest = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k)
+      largest = std::max(largest, std::abs(toWorld[i][k])),
+      smallest = std::max(smallest, std::abs(back[i][k]));
+  for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(toWorld[3][k]));
+  return largest <= 1e15 && smallest <= 1e12;
+}
+
+/// Whether Embree takes a box: it ignores those that reach beyond 1.8e18, and all that is in them.
+bool isTraceable(const Box3f& box) { return box.isEmpty() || (usable(box.min) && usable(box.max)); }
 
 /// Faces of a surface that nobody makes sense of.
 class NoSurface final : public Surface {
@@ -144,6 +161,11 @@ bool Geometry::add(const Primitive& primitive, const M44d& toMesh, uint32_t grou
     surfaceBytes_ += surface->memory();
     traced.bound = surface->bound();
   }
+  if (!isTraceable(transformed(traced.bound, traced.toMesh))) {
+    errors_.report(Severity::Error, RiError::Range, primitive.where,
+                   "this primitive is left out: with its transformation it reaches beyond 1e18");
+    return false;
+  }
   ++primitiveCount;
   if (primitive.motion && primitive.solid != kNone)
     errors_.report(Severity::Warning, RiError::Unimplemented, primitive.where,
@@ -190,9 +212,22 @@ void Geometry::place(const GeometryPart& part, const Instance& instance) const {
                    "the transformation of this instance is singular");
     return;
   }
+  if (!isOfRaysSize(instance.objectToWorld)) {
+    errors_.report(Severity::Error, RiError::Math, instance.where,
+                   "this instance is left out: its transformation makes it smaller or flatter than 1e-12, or "
+                   "larger or further away than 1e15");
+    return;
+  }
   const uint32_t group = part.groups.at(instance.object);
   const auto [first, end] = groups_[group].range;
   if (first == end) return;
+  Box3f box;
+  for (uint32_t k = first; k < end; ++k) box.extendBy(boundInMesh(traced_[k]));
+  if (!isTraceable(transformed(box, M44f(instance.objectToWorld)))) {
+    errors_.report(Severity::Error, RiError::Range, instance.where,
+                   "this instance is left out: it reaches beyond 1e18");
+    return;
+  }
   ++instanceCount;
   const uint32_t index = part.firstAttributes + instance.attributes;
   const Attributes& attributes = *attributes_[index];

@@ -38,7 +38,8 @@ void Geometry::boundDisplacements(uint32_t firstTraced) const {
     if (!bound) continue;
     ++displacedCount;
     traced.isDisplaced = true;
-    traced.reach = std::max(bound->object * largestStretch(traced.toMesh), bound->world);
+    // Further is not where vertices are left (displacement_shading.cc), and Embree's boxes end at 1.8e18.
+    traced.reach = std::min(std::max(bound->object * largestStretch(traced.toMesh), bound->world), 1e17f);
     if (traced.reach > 0 && std::isfinite(traced.reach)) continue;
     ++unboundedCount, ++unbounded;
     std::vector<uint32_t> first;
