@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <new>
 #include <thread>
 
 #include "renderer/base/statistics.h"
@@ -71,8 +72,9 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
   }
   if (const std::string problem = Film::problem(filmWanted); !problem.empty()) return fail(problem);
   PhaseTimer whole("Whole frame");
-  auto film = std::make_unique<Film>(filmWanted);
+  std::unique_ptr<Film> film;
   try {
+    film = std::make_unique<Film>(filmWanted);
     World world(scene, settings, errors);
     world.settle(film->pixels(), mode != "direct");
     const auto integrator = makeIntegrator(world, mode);
@@ -93,6 +95,12 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
     if (const auto refused = film->refusedCount())
       errors.report(Severity::Warning, RiError::Math, {}, describeRefused(world, refused));
     setStatistic("Film/camera samples", static_cast<double>(film->sampleCount()));
+  } catch (const std::bad_alloc&) {
+    errors.report(
+        Severity::Severe, RiError::OutOfMemory, {},
+        "there is not enough memory for this picture: smaller caches (Option \"limits\", --cache-memory), "
+        "a smaller picture or fewer threads take less");
+    return nullptr;
   } catch (const std::exception& error) {
     return fail(error.what());
   }

@@ -3,6 +3,7 @@
 #include "renderer/shading/texture_input_module.h"
 
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -142,6 +143,26 @@ ImageSpec converterConfig(const ColorConversion& conversion) {
   const void* pointer = &conversion;
   config.attribute(kConversion, TypeDesc::PTR, &pointer);
   return config;
+}
+
+std::string sizeProblem(const std::string& path, const ImageSpec& spec) {
+  constexpr double kMostSide = 1 << 20, kMostTiled = 0x1p36, kMostUntiled = 0x1p30;  // values
+  // DEFLATE makes at most 1032 bytes of one; a picture of one colour may do better for a while.
+  constexpr double kMostRatio = 2000, kFreely = 1 << 26;  // bytes
+  const double values = static_cast<double>(spec.width) * spec.height * spec.depth * spec.nchannels;
+  if (spec.width < 1 || spec.height < 1 || spec.depth < 1 || spec.nchannels < 1) return "it has no pixels";
+  if (spec.width > kMostSide || spec.height > kMostSide ||
+      values > (spec.tile_width > 0 ? kMostTiled : kMostUntiled))
+    return "it says that it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+           " pixels of " + std::to_string(spec.nchannels) + " values, which is too large" +
+           (spec.tile_width > 0 ? "" : " for a picture without tiles (MakeTexture makes them)");
+  std::error_code failed;
+  const auto bytes = static_cast<double>(std::filesystem::file_size(path, failed));
+  const double wanted = values * static_cast<double>(spec.channel_bytes());
+  if (!failed && wanted > kFreely && wanted > bytes * kMostRatio)
+    return "it says that it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+           " pixels, which its " + std::to_string(static_cast<uint64_t>(bytes)) + " bytes cannot hold";
+  return {};
 }
 
 }  // namespace patina::textures

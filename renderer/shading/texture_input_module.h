@@ -20,4 +20,9 @@ std::string convertedName(const std::string& path, const ColorConversion& conver
 OIIO::ImageInput* makeConvertingInput();
 OIIO::ImageSpec converterConfig(const ColorConversion& conversion);
 
+/// Why a picture of this size is not read, "" = it may be: what a file claims is held against what it can
+/// hold, before OpenImageIO takes memory for it. Untiled pictures, of which large parts are read at once,
+/// have smaller bounds.
+std::string sizeProblem(const std::string& path, const OIIO::ImageSpec& spec);
+
 }  // namespace patina::textures

@@ -56,6 +56,8 @@ Picture readPicture(const std::string& path, std::string_view space,
       throw std::runtime_error(input->geterror());
   }
   const ImageSpec& spec = input->spec();
+  if (const std::string problem = sizeProblem(path, spec); !problem.empty())
+    throw std::runtime_error(problem);
   if (spec.deep || spec.depth > 1) throw std::runtime_error("volumes and deep images are no textures");
   const int64_t values = int64_t{spec.width} * spec.height;
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || values > kMostValues / spec.nchannels)

@@ -85,12 +85,16 @@ int open(void* handle, const char* path, int32_t data, PatinaTextureInfo* info, 
   const auto* system = static_cast<System*>(handle);
   TextureSystem* const textures = system->textures;
   std::string name = path;
+  const auto file = OIIO::ImageInput::open(name);
+  if (!file) {
+    say(error, errorSize, OIIO::geterror());
+    return 0;
+  }
+  if (const std::string problem = patina::textures::sizeProblem(name, file->spec()); !problem.empty()) {
+    say(error, errorSize, problem);
+    return 0;
+  }
   if (!data) {
-    const auto file = OIIO::ImageInput::open(name);
-    if (!file) {
-      say(error, errorSize, OIIO::geterror());
-      return 0;
-    }
     if (const auto* conversion = patina::textures::conversionOf(name, file->spec(), system->config)) {
       name = patina::textures::convertedName(name, *conversion);
       const OIIO::ImageSpec config = patina::textures::converterConfig(*conversion);
