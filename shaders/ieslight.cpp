@@ -91,8 +91,10 @@ struct IesLight {
   /// Beside the scene's file, where the host knows of files; else the name as it is.
   static std::string found(const char* name, const PatinaHost& host) {
     const auto* files = static_cast<const PatinaFiles*>(host.extension(host.host, PATINA_EXTENSION_FILES));
-    const char* const path = files ? files->find(host.host, name) : nullptr;
-    return path ? path : name;
+    if (!files) return name;
+    const char* const path = files->find(host.host, name);
+    if (!path) throw std::runtime_error(std::string(name) + ": there is no such file that may be read");
+    return path;
   }
   // x and y of shader space, as far as they stand across the axis.
   void setFrame(const float* m) {

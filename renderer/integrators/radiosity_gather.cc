@@ -180,8 +180,14 @@ void RadiosityEngine::gatherFront(std::span<const Request> requests, std::span<c
     }
   }
   w.measures = false;
-  for (size_t i = 0; i < requests.size(); ++i)
-    w.distances[i].inverse /= static_cast<float>(std::max(w.gathered[i].rays, 1));
+  for (size_t i = 0; i < requests.size(); ++i) {
+    // Ward's estimate, and the mean over the light in place of that over directions: where most of those are
+    // empty, the gradient is that of the little that is there.
+    Workspace::Distances& d = w.distances[i];
+    const auto rays = static_cast<float>(std::max(w.gathered[i].rays, 1));
+    const float light = maxComponent(w.front[i]) * rays * kInvPi;
+    d.inverse = std::max(d.inverse / rays, light > 0 ? d.lit / light : 0);
+  }
 }
 
 /// In place of rays: each sender receives what its rays would, all in all.
@@ -204,7 +210,7 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool 
     return;
   }
   const Lights& lights = world_.lights();
-  w.missed.clear(), w.direct.clear(), w.rays.clear(), w.gather.clear();
+  w.missed.clear(), w.direct.clear(), w.rays.clear(), w.gather.clear(), w.inverseMet.clear();
   const size_t batch = raysAtOnce();
   uint32_t number = 0;
   for (uint32_t slot = 0; slot < w.senders.size(); ++slot) {
@@ -271,8 +277,13 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool 
   w.directRadiance.resize(w.direct.size());
   shadeNested(w.directRequests, depth + 1, truth ? Purpose::Truth : Purpose::Ray, w.directRadiance,
               nesting + 1);
-  for (size_t k = 0; k < w.direct.size(); ++k)
-    irradiance(w.direct[k].slot) += w.directRadiance[k] * w.direct[k].weight;
+  for (size_t k = 0; k < w.direct.size(); ++k) {
+    const Workspace::Direct& d = w.direct[k];
+    const Rgb light = w.directRadiance[k] * d.weight;
+    irradiance(d.slot) += light;
+    if (w.measures)
+      w.distances[w.senders[d.slot].request].lit += maxComponent(light) * w.inverseMet[d.number];
+  }
   if (truth) residual_.add(w.direct, w.directRadiance, depth + 1);
 }
 
@@ -281,6 +292,7 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
   const uint32_t first = w.gather[0].number;
   w.found.assign(w.rays.size(), Rgb(0, 0, 0)), w.slot.clear();
   for (const GatherRay& ray : w.gather) w.slot.push_back(ray.slot);
+  if (w.measures) w.inverseMet.resize(first + w.rays.size(), 0.0f);
   const SurfaceShading& shading = world_.shading();
   for (uint32_t layer = 0; layer < kMostLayers && !w.rays.empty(); ++layer) {
     const size_t n = w.rays.size();
@@ -301,6 +313,7 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
       if (w.measures && layer == 0) {
         Workspace::Distances& d = w.distances[w.senders[ray.slot].request];
         d.inverse += 1 / hit.t, d.nearest = std::min(d.nearest, hit.t);
+        w.inverseMet[ray.number] = 1 / hit.t;
       }
       const bool opaque = shading.isOpaque(hit.placement);
       if (ray.bounces <= 0 && opaque) continue;
@@ -375,7 +388,11 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
     w.rays.swap(w.nextRays), w.gather.swap(w.nextGather);
   }
   w.rays.clear(), w.gather.clear();
-  for (size_t k = 0; k < w.found.size(); ++k) w.senders[w.slot[k]].received += w.found[k];
+  for (size_t k = 0; k < w.found.size(); ++k) {
+    Workspace::Sender& sender = w.senders[w.slot[k]];
+    sender.received += w.found[k];
+    if (w.measures) w.distances[sender.request].lit += maxComponent(w.found[k]) * w.inverseMet[first + k];
+  }
 }
 
 }  // namespace patina

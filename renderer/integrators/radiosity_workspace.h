@@ -168,10 +168,12 @@ struct RadiosityEngine::Workspace {
   bool measures = false;  // distances, of the first surface met
   struct Distances {
     float inverse = 0, nearest = kInfinity;  // sum of 1/t
+    float lit = 0;                           // sum of radiance/t
     float noise = 0;                         // standard error of the irradiance
     float direct = 0;                        // Gathered::direct
   };
   std::vector<Distances> distances;  // by request
+  std::vector<float> inverseMet;     // while that is measured: 1/t by a ray's number, 0 = nothing
   struct Gathered {
     std::array<Rgb, 4> quarters;       // of the rays, in order; sums of radiance
     int rays = 0, next = 0, most = 0;  // sent; to be sent by the end of the round, and of all rounds

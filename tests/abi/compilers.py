@@ -24,7 +24,7 @@ def main(source, cc, cxx):
     shaders = [(f"shaders/{name}.cpp", (source / f"shaders/{name}.cpp").read_text(encoding="utf-8"))
                for name in ("matte", "marble", "texturedmatte", "envlight")]
     # (what, language, text, the error that is expected)
-    c = [("shader.h", HEADER, None), ("files.h", "#include <patina/files.h>\nint unused;\n", None), ("dots.c", example, None)]
+    c = [("shader.h", HEADER, None), ("dots.c", example, None)]
     cases = [(f"{what} as {std}", std, text, error) for std in ("c11", "c17") for what, text, error in c]
     cases += [(f"shader.h as {std}", std, HEADER + "int main() { return int(sizeof(PatinaShader)) * 0; }\n", None)
               for std in ("c++17", "c++20")]

@@ -24,19 +24,14 @@ std::string shining(const std::string& geometry) {
          "AttributeEnd Illuminate 1 1\n";
 }
 
-constexpr const char* kSplitSphere =
-    "irradiance is interpolated across the floor: Ward's estimate counts rays that meet nothing as far, "
-    "though all of the "
-    "light comes from near by";
 constexpr const char* kRaster =
     "a lone surface that looms over the receiver covers more, or less, of its raster than it should";
 
-/// `wide`: Ward's estimate takes the whole floor for smooth. `raster`: nothing but one surface is seen by
-/// points.
-std::vector<Claim> byBounces(bool wide, bool raster) {
+/// `raster`: nothing but one surface is seen by points.
+std::vector<Claim> byBounces(bool raster) {
   return {{"path", 2e-4, "rounding"},
           {"distribution", 0.01, "values between the camera's vertices"},
-          {"radiosity", 0.01, "values between the camera's vertices", wide ? kSplitSphere : nullptr},
+          {"radiosity", 0.01, "values between the camera's vertices"},
           {"points", 0.03, "a raster of 16 x 16 pixels", raster ? kRaster : nullptr}};
 }
 std::vector<Claim> byLights(double between) {
@@ -87,7 +82,7 @@ void addRectangles(std::vector<ClosedForm>& cases) {
       c.group = "rectangles";
       c.name = fmt::format("{}, {}", faces ? "parallel" : "perpendicular", light ? "area light" : "glowing");
       c.formula = fmt::format("Lambert's formula; its mean is the form factor {:.5f}", factor);
-      c.claims = light ? byLights(0.02) : byBounces(faces, faces);
+      c.claims = light ? byLights(0.02) : byBounces(faces);
       c.converges = true;
       if (!light && !faces)
         for (Claim& claim : c.claims)
@@ -109,7 +104,7 @@ void addPolygons(std::vector<ClosedForm>& cases) {
       c.name = fmt::format("triangle{}, {}", whole ? "" : " partly below the horizon",
                            light ? "area light" : "glowing");
       c.formula = "Lambert's formula";
-      c.claims = light ? byLights(5e-3) : byBounces(whole, true);
+      c.claims = light ? byLights(5e-3) : byBounces(true);
       c.converges = whole;
       cases.push_back(std::move(c));
     }

@@ -88,9 +88,9 @@ TEST_F(Sandbox, TexturesOutsideAreNotRead) {
 }
 
 TEST_F(Sandbox, FilesOfShadersOutsideAreNotRead) {
-  write("outside/secret.ies", "IESNA:LM-63-1995\nTILT=NONE\n1 -1 1 1 1 1 1 0 0 0\n1 1 0\n0\n0\n500\n");
+  write("outside/secret.ies", "IESNA:LM-63-1995\nTILT=NONE\n1 -1 1 2 1 1 1 0 0 0\n1 1 0\n0 90\n0\n500 500\n");
   fs::create_symlink(folder_ / "outside/secret.ies", folder_ / "scenes/linked.ies");
-  const std::string light = "LightSource \"ieslight\" 1 \"profile\" ";
+  const std::string light = "LightSource \"ieslight\" 1 \"string profile\" ";
   for (const std::string& name : {at("outside/secret.ies"), std::string("linked.ies")}) {
     const Outcome outcome = render(kOut, light + "\"" + name + "\" Sphere 1 -1 1 360");
     EXPECT_THAT(outcome.errors, HasSubstr(name)) << outcome.errors;
