@@ -106,7 +106,10 @@ int encode(const char* format, const PatinaImageToWrite* image, PatinaByteSink s
     MemoryFile file;
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) return OIIO::geterror();
-    if (!output->set_ioproxy(&file) || !output->open(std::string("picture.") + format, specOf(*image)) ||
+    OIIO::ImageSpec spec = specOf(*image);
+    // Without one its writer puts the time of writing, and no two files are the same.
+    if (output->format_name() == std::string_view("tiff")) spec.attribute("DateTime", "1970:01:01 00:00:00");
+    if (!output->set_ioproxy(&file) || !output->open(std::string("picture.") + format, spec) ||
         !output->write_image(typeOf(image->pixelType), image->pixels) || !output->close())
       return output->geterror();
     sink(context, file.bytes().data(), file.bytes().size());
