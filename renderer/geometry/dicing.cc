@@ -111,6 +111,7 @@ class PatchTable::Dicer {
                  float du, float dv) const;
   void split(uint32_t face, const Tile& tile, uint32_t node, int depth);
   void addPatch(uint32_t face, const Tile& tile);
+  bool addGrid(uint32_t node, size_t firstPatch);
 
   const RasterCamera& camera_;
   const DiceInput& input_;
@@ -245,12 +246,43 @@ void PatchTable::Dicer::run() {
   diced.roots.resize(count);
   for (uint32_t face = 0; face < count; ++face) {
     if (grouped && faces[face].lessThanOne()) continue;
-    const auto root = diced.roots[face] = static_cast<uint32_t>(diced.nodes.size());
-    diced.nodes.emplace_back();
-    split(face, faces[face].tile(), root, 0);
+    const Tile tile = faces[face].tile();
+    const bool mayHaveGrid = tile.tooLarge() && input_.surface->faceShape(face) == FaceShape::Quad;
+    const auto grid = static_cast<uint32_t>(diced.nodes.size()), root = grid + (mayHaveGrid ? 1 : 0);
+    diced.nodes.resize(root + 1);
+    const size_t firstPatch = patches.size();
+    split(face, tile, root, 0);
+    diced.roots[face] = mayHaveGrid && addGrid(grid, firstPatch) ? grid : root;
   }
   if (grouped) addGroups(faces);
-  diced.nodes.shrink_to_fit();
+  diced.nodes.shrink_to_fit(), diced.cells.shrink_to_fit();
+}
+
+/// Makes the cells of a quad face whose patches are the last ones, unless they are few. There are at most
+/// four times as many cells as patches: smaller patches are left to the tree.
+bool PatchTable::Dicer::addGrid(uint32_t node, size_t firstPatch) {
+  constexpr size_t kFew = 4, kCellsOfPatch = 4;
+  const auto ofFace = std::span(patches).subspan(firstPatch);
+  if (ofFace.size() < kFew) return false;
+  const auto splits = [](float part) { return static_cast<uint32_t>(-std::ilogb(part)); };
+  uint32_t logU = 0, logV = 0;
+  for (const Patch& patch : ofFace)
+    logU = std::max(logU, splits(patch.du)), logV = std::max(logV, splits(patch.dv));
+  while (logU + logV > 32 || uint64_t{1} << (logU + logV) > kCellsOfPatch * ofFace.size()) --(logU > logV ? logU : logV);
+  const auto first = static_cast<uint32_t>(diced.cells.size());
+  diced.cells.resize(first + (size_t{1} << (logU + logV)), kNone);
+  for (size_t k = 0; k < ofFace.size(); ++k) {
+    const Patch& patch = ofFace[k];
+    const uint32_t a = splits(patch.du), b = splits(patch.dv);
+    if (a > logU || b > logV) continue;
+    const auto i = static_cast<uint32_t>(std::ldexp(patch.u0, static_cast<int>(logU))),
+               j = static_cast<uint32_t>(std::ldexp(patch.v0, static_cast<int>(logV)));
+    for (uint32_t row = j; row < j + (1u << (logV - b)); ++row)
+      std::fill_n(diced.cells.begin() + first + (row << logU) + i, 1u << (logU - a),
+                  static_cast<uint32_t>(firstPatch + k));
+  }
+  diced.nodes[node] = {first, Node::Split::Grid, static_cast<uint8_t>(logU), static_cast<uint8_t>(logV)};
+  return true;
 }
 
 PatchTable::Dicer::Wanted PatchTable::Dicer::want(uint32_t face) const {
@@ -331,7 +363,7 @@ const PatchTable::Diced& PatchTable::dice(uint32_t placement) const {
   ++dicedPlacements;
   patchCount += diced->count;
   memory_ += dicer.patches.size() * sizeof(Patch) + diced->nodes.capacity() * sizeof(Node) +
-             (diced->roots.capacity() + diced->coarser.capacity()) * sizeof(uint32_t) + sizeof(Diced);
+             (diced->roots.capacity() + diced->coarser.capacity() + diced->cells.capacity()) * sizeof(uint32_t) + sizeof(Diced);
   diced_[placement].store(diced.get(), std::memory_order_release);
   return *diced.release();
 }

@@ -129,6 +129,16 @@ uint32_t PatchTable::Diced::find(uint32_t face, float u, float v) const {
   if (roots.empty()) return first + face;
   if (roots[face] & kGroup) return first + (roots[face] & ~kGroup);
   const Node* node = &nodes[roots[face]];
+  if (node->split == Node::Split::Grid) {
+    // Cells of powers of two: they end exactly where the tree's tiles do.
+    const auto along = [](float x, uint8_t log) {
+      const auto n = static_cast<float>(1u << log);
+      return static_cast<uint32_t>(std::min(std::max(0.0f, x * n), n - 1));  // 0 for NaN
+    };
+    const uint32_t patch = cells[node->first + (along(v, node->logV) << node->logU) + along(u, node->logU)];
+    if (patch != kNone) return first + patch;
+    ++node;
+  }
   // Walk down, keeping (u, v) relative to the tile at hand.
   while (node->split != Node::Split::Leaf) {
     uint32_t child = 0;

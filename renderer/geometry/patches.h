@@ -170,8 +170,12 @@ class PatchTable {
 
  private:
   struct Node {
-    uint32_t first;  ///< of two (triangle: four) children, or the patch when `split` is Leaf
-    enum class Split : uint8_t { Leaf, U, V, Triangle } split;
+    /// Of two (triangle: four) children; the patch when `split` is Leaf; the first of `cells` when it is Grid.
+    uint32_t first;
+    /// Grid: 2^logU by 2^logV cells of a face of many patches, for a look-up in one step. The next node is
+    /// the face's tree, for cells that several patches share.
+    enum class Split : uint8_t { Leaf, U, V, Triangle, Grid } split;
+    uint8_t logU = 0, logV = 0;
   };
   /// A placement that is diced. Patches count from `first`; without roots, patch f is all of face f.
   struct Diced {
@@ -179,6 +183,7 @@ class PatchTable {
     uint32_t first = 0, count = 0;
     std::vector<uint32_t> roots;  ///< node of each face; with kGroup: the group that the face is in, a patch
     std::vector<Node> nodes;
+    std::vector<uint32_t> cells;    ///< of nodes that are Grid: the patch that holds all of a cell, or kNone
     uint32_t firstGroup = 0;        ///< groups are the last patches, the finest first
     std::vector<uint32_t> coarser;  ///< by group: the patch that coarser() gives, or kNone
     uint32_t find(uint32_t face, float u, float v) const;

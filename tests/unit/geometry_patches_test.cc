@@ -210,6 +210,25 @@ TEST(PatchTable, EveryPointHasThePatchThatHoldsIt) {
   }
 }
 
+TEST(PatchTable, PatchesHoldTheirNearCornersAndTheFaceItsFarOnes) {
+  const Plane plane(FaceShape::Quad, 900, 300);
+  const DiceInput input{&plane, M44f(), 1};
+  const PatchTable table(lookingCamera(), 1, [&](uint32_t) { return input; });
+  table.find(0, 0, 0, 0);
+  for (uint32_t k = 0; k < table.size(); ++k) {
+    const Patch& patch = table[k];
+    ASSERT_EQ(table.find(0, 0, patch.u0, patch.v0), k);
+    ASSERT_EQ(table.find(0, 0, std::nextafter(patch.u0 + patch.du, 0.0f),
+                         std::nextafter(patch.v0 + patch.dv, 0.0f)),
+              k);
+  }
+  // What rounding or a broken file may bring is taken to the rim.
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(table.find(0, 0, 1, 1), table.find(0, 0, std::nextafter(1.0f, 0.0f), std::nextafter(1.0f, 0.0f)));
+  EXPECT_EQ(table.find(0, 0, -0.1f, 7), table.find(0, 0, 0, 1));
+  EXPECT_EQ(table.find(0, 0, nan, nan), table.find(0, 0, 0, 0));
+}
+
 /// Micropolygons along u and v of a plane of 8 x 4 units.
 V2d cellsOfPlane(DiceInput input) {
   const Plane plane(FaceShape::Quad, 8, 4);
