@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Indirect light and the sky: many gathers' rays at a time.
+#include "renderer/base/sampling_batch.h"
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/baked_points.h"
 #include "renderer/integrators/radiosity_workspace.h"
@@ -227,11 +228,15 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool 
     ray.weight = sender.weight, ray.residual = sender.residual;
     ray.slot = slot;
     ray.bounces = settings_.indirect ? requests[i].bounces : 0;
-    for (int k = sender.first; k < sender.first + sender.count; ++k) {
-      const V3f local = sampleCosineHemisphere(sobol2(static_cast<uint32_t>(k), seed));
-      const V3f direction = foldDirection(frame.toWorld(local), up);
-      ray.spread = std::sqrt(kPi / (static_cast<float>(sender.spread) * std::max(local.z, 0.05f)));
-      ray.seed = hashOf(seed, kChildStream, static_cast<uint32_t>(k));
+    const uint64_t child = hashOf(seed, kChildStream);
+    CosineDirections local;
+    for (int k = sender.first, lane = 0; k < sender.first + sender.count; ++k, ++lane) {
+      lane %= static_cast<int>(CosineDirections::kCount);
+      if (lane == 0) local.sample(static_cast<uint32_t>(k), seed);
+      const auto at = static_cast<size_t>(lane);
+      const V3f direction = foldDirection(frame.toWorld({local.x[at], local.y[at], local.z[at]}), up);
+      ray.spread = std::sqrt(kPi / (static_cast<float>(sender.spread) * std::max(local.z[at], 0.05f)));
+      ray.seed = mixBits(child ^ static_cast<uint32_t>(k));
       ray.number = number++;
       w.rays.push_back(
           {origin, direction, 0, kInfinity, kDiffuseRay, world_.rayTime(point.placement, ray.seed)});

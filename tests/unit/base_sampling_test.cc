@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sobol points and warps against what they must be by construction.
 #include "renderer/base/sampling.h"
+#include "renderer/base/sampling_batch.h"
 
 #include <gtest/gtest.h>
 
@@ -50,6 +51,20 @@ TEST(Warps, CosineHemisphereHasItsMoments) {
   EXPECT_NEAR(z / n, 2.0 / 3, 1e-4);
   EXPECT_NEAR(zz / n, 0.5, 1e-4);
   EXPECT_NEAR(x / n, 0, 1e-3);
+}
+
+TEST(Warps, CosineDirectionsAreTheSameManyAtATime) {
+  CosineDirections many;
+  for (const uint64_t seed : {uint64_t{0}, hashOf(5), hashOf(6)})
+    for (const uint32_t first : {0u, 16u, 21u, 4096u, 0x7ffffff5u, ~0u - 15}) {
+      many.sample(first, seed);
+      for (uint32_t k = 0; k < CosineDirections::kCount; ++k) {
+        const V3f one = sampleCosineHemisphere(sobol2(first + k, seed));
+        EXPECT_NEAR(many.x[k], one.x, 2e-7f) << first + k;
+        EXPECT_NEAR(many.y[k], one.y, 2e-7f) << first + k;
+        EXPECT_NEAR(many.z[k] * many.z[k], one.z * one.z, 5e-7f) << first + k;
+      }
+    }
 }
 
 TEST(Warps, TriangleIsUniform) {

@@ -13,12 +13,12 @@ using testing::HasSubstr;
 using testing::Not;
 namespace fs = std::filesystem;
 
-// The folder holds: scenes/ with the RIB, outside/ with what it is not to see, work/ as the working folder.
+// The folder holds: scenes/ with the RIB, outside/ with what it is not to see, here/ as the working folder.
 class Sandbox : public ProgramRuns {
  protected:
   void SetUp() override {
     ProgramRuns::SetUp();
-    fs::create_directories(folder_ / "work");
+    fs::create_directories(folder_ / "here");
     write("outside/secret.rib", "Sphere 1 -1 1 360 NoSuchRequest\n");
     write("scenes/inside.rib", "Sphere 1 -1 1 360\n");
     // A PPM of one pixel is a picture for every reader.
@@ -33,7 +33,7 @@ class Sandbox : public ProgramRuns {
     write("scenes/s.rib", "Format 8 8 1 PixelSamples 1 1\n" + options + "\nWorldBegin\nTranslate 0 0 3\n" +
                               world + "\nWorldEnd\n");
     more.insert(more.begin(), {"../scenes/s.rib", "--sandbox", "--mode", "direct"});
-    return run(more, [&] { static_cast<void>(!chdir("work")); });
+    return run(more, [&] { static_cast<void>(!chdir("here")); });
   }
   static constexpr const char* kOut = "Display \"x.exr\" \"openexr\" \"rgba\"";
 };
@@ -45,7 +45,7 @@ TEST_F(Sandbox, LetsThroughWhatIsBesideTheRib) {
              "-1 1 -1 1] Surface \"paintedplastic\" \"texturename\" [\"inside.ppm\"] Disk 0 9 360");
   EXPECT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(outcome.errors, "");
-  EXPECT_TRUE(bytes("work/x.exr"));
+  EXPECT_TRUE(bytes("here/x.exr"));
 }
 
 TEST_F(Sandbox, ArchivesOutsideAreNotRead) {
@@ -83,7 +83,7 @@ TEST_F(Sandbox, TexturesOutsideAreNotRead) {
     const Outcome made = render("MakeTexture \"" + name + "\" \"x.tif\" \"black\" \"black\" \"box\" 1 1", "");
     EXPECT_EQ(made.status, 1);
     EXPECT_THAT(made.errors, HasSubstr("there is no picture \"" + name + "\""));
-    EXPECT_FALSE(bytes("work/x.tif"));
+    EXPECT_FALSE(bytes("here/x.tif"));
   }
 }
 
@@ -101,7 +101,7 @@ TEST_F(Sandbox, FilesOfShadersOutsideAreNotRead) {
 }
 
 TEST_F(Sandbox, NothingIsWrittenOutsideOfTheOutputFolder) {
-  fs::create_symlink(folder_ / "outside", folder_ / "work/way");
+  fs::create_symlink(folder_ / "outside", folder_ / "here/way");
   for (const std::string& name : {at("outside/x.exr"), std::string("../outside/x.exr"),
                                   std::string("way/x.exr"), std::string("../scenes/x.exr")}) {
     const Outcome outcome = render("Display \"" + name + "\" \"openexr\" \"rgba\"", "Sphere 1 -1 1 360");
@@ -122,7 +122,7 @@ TEST_F(Sandbox, NothingIsWrittenOutsideOfTheOutputFolder) {
     EXPECT_EQ(outcome.status, 1) << name;
     EXPECT_THAT(outcome.errors,
                 HasSubstr("s.rib:2:1: error: system: Option \"statistics\" \"filename\" \"" + name));
-    EXPECT_FALSE(bytes("outside/x.txt") || bytes("work/Makefile"));
+    EXPECT_FALSE(bytes("outside/x.txt") || bytes("here/Makefile"));
   }
   // The output's folder is where -o says.
   fs::create_directories(folder_ / "out");
@@ -131,12 +131,12 @@ TEST_F(Sandbox, NothingIsWrittenOutsideOfTheOutputFolder) {
 }
 
 TEST_F(Sandbox, NoProgramsAreStartedAndNoShadersBrought) {
-  write("scenes/program", "#!/bin/sh\ntouch ../work/started\n");
+  write("scenes/program", "#!/bin/sh\ntouch ../here/started\n");
   fs::permissions(folder_ / "scenes/program", fs::perms::owner_all);
   const Outcome program =
       render(kOut, "Procedural \"RunProgram\" [\"../scenes/program\" \"\"] [-1 1 -1 1 -1 1]");
   EXPECT_THAT(program.errors, HasSubstr("Procedural \"RunProgram\" is left out"));
-  EXPECT_FALSE(bytes("work/started"));
+  EXPECT_FALSE(bytes("here/started"));
   fs::copy_file(fs::path(PATINA_BINARY_DIR) / "lib/patina/shaders/matte.so", folder_ / "scenes/mine.so");
   const std::string path = "Option \"searchpath\" \"shader\" [\"" + at("scenes") + "\"]";
   const Outcome shader = render(path + kOut, "Surface \"mine\" Sphere 1 -1 1 360");

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Many sample points at a time, in loops that compile to vector code.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace patina {
+
+/// Directions about +z with density cos(theta)/pi per solid angle, by coordinate.
+struct CosineDirections {
+  static constexpr uint32_t kCount = 16;
+  std::array<float, kCount> x, y, z;
+  /// Sets them to sampleCosineHemisphere(sobol2(first + k, seed)), but for rounding.
+  void sample(uint32_t first, uint64_t seed);
+};
+
+}  // namespace patina
