@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
+#include <limits>
 #include <stdexcept>
 
 #include "renderer/accel/deferred_units.h"
@@ -421,15 +423,25 @@ void Accel::intersectMany(std::span<const Ray> rays, std::span<Hit> hits) const 
   });
 }
 
+namespace {
+/// The next finite or infinite number above or below `x`, as std::nextafter, which is a call.
+float nextBeside(float x, bool above) {
+  if (!std::isfinite(x)) return x;
+  if (x == 0)
+    return above ? std::numeric_limits<float>::denorm_min() : -std::numeric_limits<float>::denorm_min();
+  // The bits of floats of one sign are in the order of their magnitudes.
+  const auto bits = std::bit_cast<uint32_t>(x);
+  return std::bit_cast<float>((x > 0) == above ? bits + 1 : bits - 1);
+}
+}  // namespace
+
 V3f leave(const Facet& facet, const V3f& direction) {
   const float side = facet.N.dot(direction) < 0 ? -1.0f : 1.0f;
   const V3f offset = facet.N * (side * facet.error);
   V3f origin = facet.P + offset;
   // The addition rounds: take the next number away from the plane in every component that moved.
-  for (int k = 0; k < 3; ++k) {
-    if (offset[k] > 0) origin[k] = std::nextafter(origin[k], kInfinity);
-    if (offset[k] < 0) origin[k] = std::nextafter(origin[k], -kInfinity);
-  }
+  for (int k = 0; k < 3; ++k)
+    if (offset[k] != 0) origin[k] = nextBeside(origin[k], offset[k] > 0);
   return origin;
 }
 

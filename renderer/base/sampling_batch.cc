@@ -17,8 +17,23 @@ inline uint32_t pascal(uint32_t v) {
   return v;
 }
 
-// Sine and cosine for |x| <= pi / 4: Taylor's series, cut where the next term is below half a unit in the last
-// place (pi/4^11 / 11! and pi/4^10 / 10!).
+/// Fractions of sobol2(first + k, seed), as toUnit() takes them: as sobol2 has it, without the pairs of
+/// reversals that cancel each other.
+template <size_t kCount>
+void sobolBits(uint32_t first, uint64_t seed, std::array<uint32_t, kCount>& u,
+               std::array<uint32_t, kCount>& v) {
+  const auto order = static_cast<uint32_t>(seed);
+  const uint64_t h = mixBits(seed ^ 0x5851f42d4c957f2du);
+  const auto seedU = static_cast<uint32_t>(h), seedV = static_cast<uint32_t>(h >> 32);
+  for (uint32_t k = 0; k < kCount; ++k) {
+    const uint32_t shuffled = reverseBits(owenScrambleReversed(reverseBits(first + k), order));
+    u[k] = reverseBits(owenScrambleReversed(shuffled, seedU));
+    v[k] = reverseBits(owenScrambleReversed(pascal(shuffled), seedV));
+  }
+}
+
+// Sine and cosine for |x| <= pi / 4: Taylor's series, cut where the next term is below half a unit in the
+// last place (pi/4^11 / 11! and pi/4^10 / 10!).
 inline float sineOfSmall(float x) {
   const float s = x * x;
   return x + x * s * (-1.0f / 6 + s * (1.0f / 120 + s * (-1.0f / 5040 + s * (1.0f / 362880))));
@@ -30,18 +45,20 @@ inline float cosineOfSmall(float x) {
 
 }  // namespace
 
-void CosineDirections::sample(uint32_t first, uint64_t seed) {
-  const auto order = static_cast<uint32_t>(seed);
-  const uint64_t h = mixBits(seed ^ 0x5851f42d4c957f2du);
-  const auto seedU = static_cast<uint32_t>(h), seedV = static_cast<uint32_t>(h >> 32);
-  std::array<uint32_t, kCount> u, v;
-  for (uint32_t k = 0; k < kCount; ++k) {
-    // As sobol2 has it, without the pairs of reversals that cancel each other.
-    const uint32_t reversed = owenScrambleReversed(reverseBits(first + k), order);
-    const uint32_t shuffled = reverseBits(reversed);
-    u[k] = reverseBits(owenScrambleReversed(shuffled, seedU));
-    v[k] = reverseBits(owenScrambleReversed(pascal(shuffled), seedV));
+void sobolPoints(uint32_t first, uint64_t seed, std::span<V2f> out) {
+  constexpr size_t kTogether = 8;
+  size_t done = 0;
+  for (; done + kTogether <= out.size(); done += kTogether) {
+    std::array<uint32_t, kTogether> u, v;
+    sobolBits(first + static_cast<uint32_t>(done), seed, u, v);
+    for (size_t k = 0; k < kTogether; ++k) out[done + k] = {toUnit(u[k]), toUnit(v[k])};
   }
+  for (; done < out.size(); ++done) out[done] = sobol2(first + static_cast<uint32_t>(done), seed);
+}
+
+void CosineDirections::sample(uint32_t first, uint64_t seed) {
+  std::array<uint32_t, kCount> u, v;
+  sobolBits(first, seed, u, v);
   for (uint32_t k = 0; k < kCount; ++k) {
     // The concentric map, with the two kinds of sectors mirrored on each other.
     const float a = 2 * toUnit(u[k]) - 1, b = 2 * toUnit(v[k]) - 1;

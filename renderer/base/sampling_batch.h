@@ -4,8 +4,14 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+
+#include "renderer/base/math.h"
 
 namespace patina {
+
+/// Sets `out` to sobol2(first + k, seed).
+void sobolPoints(uint32_t first, uint64_t seed, std::span<V2f> out);
 
 /// Directions about +z with density cos(theta)/pi per solid angle, by coordinate.
 struct CosineDirections {

@@ -5,6 +5,7 @@
 // rays depends on the depth, and hardly on the number of lights.
 #include <algorithm>
 
+#include "renderer/base/sampling_batch.h"
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/radiosity_workspace.h"
 
@@ -80,10 +81,10 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
     for (next = begin; next < w.lightOf.size() && w.lightOf[next].light == light; ++next) {
       const Workspace::LightOf& of = w.lightOf[next];
       const Request& request = requests[of.request];
-      for (uint32_t k = 0; k < of.count; ++k) {
-        w.positions.push_back(w.points[of.request].P);
-        w.random.push_back(sobol2(request.sample * of.stride + k, hashOf(request.seed, kLightStream, light)));
-      }
+      const size_t sofar = w.random.size();
+      w.positions.resize(sofar + of.count, w.points[of.request].P), w.random.resize(sofar + of.count);
+      sobolPoints(request.sample * of.stride, hashOf(request.seed, kLightStream, light),
+                  std::span(w.random).subspan(sofar));
     }
     const size_t offset = w.lightSamples.size();
     w.lightSamples.resize(offset + w.positions.size());
@@ -116,6 +117,7 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
   const bool truth = settings_.residual > 0 && (purpose == Purpose::Sample || purpose == Purpose::Truth);
   // How many rays share a light, as far as their width goes: points nearby have rays of their own.
   const int sharing = isRay(purpose) ? kLightsWorth : settings_.rays.light(depth, Purpose::Vertex);
+  const bool moves = world_.geometry().samplesMotion();
   // Which of them get a shadow ray.
   w.shadowRays.clear();
   size_t kept = 0;
@@ -135,9 +137,11 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
       s.weight /= chance;
     }
     const Request& request = requests[s.request];
-    const uint64_t seed = hashOf(request.seed, kTimeStream, s.light, s.number + request.sample);
-    w.shadowRays.push_back({w.points[s.request].facet(), &w.lightSamples[s.sample], s.light,
-                            world_.rayTime(w.points[s.request].placement, seed),
+    const float time =
+        moves ? world_.rayTime(w.points[s.request].placement,
+                               hashOf(request.seed, kTimeStream, s.light, s.number + request.sample))
+              : 0;
+    w.shadowRays.push_back({w.points[s.request].facet(), &w.lightSamples[s.sample], s.light, time,
                             w.points[s.request].footprint, raySpread(w.lightSamples[s.sample], sharing)});
     w.shadowed[kept++] = s;
   }

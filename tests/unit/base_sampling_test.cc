@@ -53,6 +53,15 @@ TEST(Warps, CosineHemisphereHasItsMoments) {
   EXPECT_NEAR(x / n, 0, 1e-3);
 }
 
+TEST(Sobol, ManyPointsAreThoseOfOneAtATime) {
+  for (const size_t count : {1, 7, 8, 16, 37})
+    for (const uint32_t first : {0u, 5u, 4096u, ~0u - 20}) {
+      std::vector<V2f> many(count);
+      sobolPoints(first, hashOf(count), many);
+      for (uint32_t k = 0; k < count; ++k) EXPECT_EQ(many[k], sobol2(first + k, hashOf(count))) << first + k;
+    }
+}
+
 TEST(Warps, CosineDirectionsAreTheSameManyAtATime) {
   CosineDirections many;
   for (const uint64_t seed : {uint64_t{0}, hashOf(5), hashOf(6)})
