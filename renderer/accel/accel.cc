@@ -427,11 +427,11 @@ namespace {
 /// The next finite or infinite number above or below `x`, as std::nextafter, which is a call.
 float nextBeside(float x, bool above) {
   if (!std::isfinite(x)) return x;
-  if (x == 0)
-    return above ? std::numeric_limits<float>::denorm_min() : -std::numeric_limits<float>::denorm_min();
+  if (x == 0) return std::copysign(std::numeric_limits<float>::denorm_min(), above ? 1.0f : -1.0f);
   // The bits of floats of one sign are in the order of their magnitudes.
   const auto bits = std::bit_cast<uint32_t>(x);
-  return std::bit_cast<float>((x > 0) == above ? bits + 1 : bits - 1);
+  const bool grows = ((bits >> 31) ^ uint32_t{above}) != 0;
+  return std::bit_cast<float>(bits + 2 * uint32_t{grows} - 1);
 }
 }  // namespace
 
@@ -440,8 +440,10 @@ V3f leave(const Facet& facet, const V3f& direction) {
   const V3f offset = facet.N * (side * facet.error);
   V3f origin = facet.P + offset;
   // The addition rounds: take the next number away from the plane in every component that moved.
-  for (int k = 0; k < 3; ++k)
-    if (offset[k] != 0) origin[k] = nextBeside(origin[k], offset[k] > 0);
+  for (int k = 0; k < 3; ++k) {
+    const float next = nextBeside(origin[k], offset[k] > 0);
+    origin[k] = offset[k] != 0 ? next : origin[k];
+  }
   return origin;
 }
 
