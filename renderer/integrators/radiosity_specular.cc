@@ -87,7 +87,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
     }
     w.walkHits.resize(w.walkRays.size());
     world_.accel().intersect(w.walkRays, w.walkHits);
-    w.picked.clear();
+    w.picked.clear(), w.missOf.clear(), w.missFrom.clear(), w.missDirection.clear();
     for (uint32_t j = 0; j < w.walkOf.size(); ++j) {
       Walk& walk = walks[w.walkOf[j]];
       if (w.walkHits[j].valid()) {
@@ -95,14 +95,19 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
         w.picked.push_back(j);
         continue;
       }
-      const LightList& list = world_.lightsOf(walk.point.placement);
-      for (const uint32_t light : lights.infinite()) {
+      w.missOf.push_back(j);
+      w.missFrom.push_back(walk.point.P), w.missDirection.push_back(w.walkRays[j].direction);
+    }
+    w.missRadiance.resize(w.missOf.size()), w.missPdf.resize(w.missOf.size());
+    for (const uint32_t light : lights.infinite()) {
+      if (w.missOf.empty()) break;
+      lights.evaluate(light, w.missFrom, w.missDirection, w.missRadiance, w.missPdf);
+      for (size_t i = 0; i < w.missOf.size(); ++i) {
+        Walk& walk = walks[w.walkOf[w.missOf[i]]];
+        const LightList& list = world_.lightsOf(walk.point.placement);
         if (!walk.delta && !list.sees(light)) continue;  // mirrors show all there is
-        Rgb sky;
-        float pdf;
-        lights.evaluate(light, {&walk.point.P, 1}, {&w.walkRays[j].direction, 1}, {&sky, 1}, {&pdf, 1});
-        walk.radiance +=
-            walk.throughput * sky * (walk.delta ? 1 : list.weightOfMet(walk.from, light, walk.pdf, pdf));
+        const float weight = walk.delta ? 1 : list.weightOfMet(walk.from, light, walk.pdf, w.missPdf[i]);
+        walk.radiance += walk.throughput * w.missRadiance[i] * weight;
       }
     }
     world_.pointsAt(
@@ -164,8 +169,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
 void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
                                  bool truth, Workspace& w) const {
   const Lights& lights = world_.lights();
-  w.shadowRays.clear(), w.values.clear(), w.vertexOf.clear(), w.chance.clear();
-  w.lightSamples.resize(which.size());
+  w.lightOfLobe.clear(), w.positions.clear(), w.random.clear();
   for (const uint32_t i : w.lit) {
     const Walk& walk = walks[which[i]];
     const SurfaceTerms& terms = w.specular.terms[i];
@@ -175,22 +179,46 @@ void RadiosityEngine::lightLobes(std::span<Walk> walks, std::span<const uint32_t
     if (!bsdf.scattersSmoothly(false)) continue;
     const float u = toUnit(static_cast<uint32_t>(hashOf(walk.seed, kLightChoiceStream, bounce) >> 32));
     const LightTree::Pick pick = list.pick(bsdf.receiver(), u);
-    LightSample& s = w.lightSamples[i];
-    const V2f random = sobol2(0, hashOf(walk.seed, kLightPointStream, bounce));
-    lights.sample(pick.light, {&walk.point.P, 1}, {&random, 1}, {&s, 1});
+    w.lightOfLobe.push_back({pick.light, i, pick.chance});
+  }
+  // A call for each light.
+  std::stable_sort(w.lightOfLobe.begin(), w.lightOfLobe.end(),
+                   [](const auto& a, const auto& b) { return a.light < b.light; });
+  for (const Workspace::LightOfLobe& of : w.lightOfLobe) {
+    const Walk& walk = walks[which[of.walk]];
+    w.positions.push_back(walk.point.P);
+    w.random.push_back(sobol2(0, hashOf(walk.seed, kLightPointStream, bounce)));
+  }
+  const size_t count = w.lightOfLobe.size();
+  w.lightSamples.resize(count);
+  for (size_t first = 0, end = 0; first < count; first = end) {
+    const uint32_t light = w.lightOfLobe[first].light;
+    while (end < count && w.lightOfLobe[end].light == light) ++end;
+    lights.sample(light, std::span(w.positions).subspan(first, end - first),
+                  std::span(w.random).subspan(first, end - first),
+                  std::span(w.lightSamples).subspan(first, end - first));
+  }
+  w.shadowRays.clear(), w.values.clear(), w.vertexOf.clear();
+  for (uint32_t k = 0; k < count; ++k) {
+    const LightSample& s = w.lightSamples[k];
     if (!(s.pdf > 0)) continue;
+    const auto& [light, i, chance] = w.lightOfLobe[k];
+    const Walk& walk = walks[which[i]];
+    const SurfaceTerms& terms = w.specular.terms[i];
+    const Bsdf bsdf(walk.point, terms, w.specular.lobesOf(terms));
     const Bsdf::Value value = bsdf.evaluateSpecular(s.direction);
     if (isBlack(value.f)) continue;
     const float time = world_.rayTime(walk.point.placement, hashOf(walk.seed, kLightPointStream, bounce, 1));
-    w.shadowRays.push_back({walk.point.facet(), &s, pick.light, time, walk.point.footprint, raySpread(s, 1)});
-    w.values.push_back(value), w.vertexOf.push_back(i), w.chance.push_back(pick.chance);
+    w.shadowRays.push_back({walk.point.facet(), &s, light, time, walk.point.footprint, raySpread(s, 1)});
+    w.values.push_back(value), w.vertexOf.push_back(k);
   }
   w.visible.resize(w.shadowRays.size());
   world_.transmittance(w.shadowRays, w.visible, truth ? nullptr : opacityCache_.get());
   for (size_t k = 0; k < w.shadowRays.size(); ++k) {
     const LightSample& s = *w.shadowRays[k].to;
-    Walk& walk = walks[which[w.vertexOf[k]]];
-    const float pdf = s.pdf * w.chance[k];
+    const auto& [light, i, chance] = w.lightOfLobe[w.vertexOf[k]];
+    Walk& walk = walks[which[i]];
+    const float pdf = s.pdf * chance;
     const bool shares = !s.delta && static_cast<int>(bounce) < walk.most;  // else no lobe is followed
     const float weight = shares ? misWeight(pdf, w.values[k].pdf) : 1;
     walk.radiance += walk.throughput * w.values[k].f * s.radiance * w.visible[k] * (weight / pdf);

@@ -144,6 +144,7 @@ struct RadiosityEngine::Workspace {
   };
   std::vector<Missed> missed;
   std::vector<V3f> missFrom, missDirection;
+  std::vector<uint32_t> missOf;  // of walks: their rays
   std::vector<Rgb> missRadiance;
   std::vector<float> missPdf;
   struct Direct {
@@ -284,11 +285,15 @@ struct RadiosityEngine::Workspace {
   ShadedPoints specular;
   std::vector<BsdfSample> lobeSamples;  // where walks go on from here, by active one
   std::vector<uint32_t> lit;            // active walks that lights shine on
+  struct LightOfLobe {
+    uint32_t light, walk;  // active one
+    float chance;          // that it is picked
+  };
+  std::vector<LightOfLobe> lightOfLobe;
   std::vector<Ray> walkRays;
   std::vector<Hit> walkHits;
   std::vector<ShadingPoint> walkPoints;
   std::vector<uint32_t> walkOf, picked;
-  std::vector<float> chance;
   std::vector<Bsdf::Value> values;
   std::vector<Request> walkRequests;
   std::vector<Rgb> walkRadiance;
