@@ -77,6 +77,7 @@ struct Accel::Scenes {
   std::unique_ptr<PartTracer> main;
   uint32_t mainUnits = 0;  ///< units from here on are of delayed archives
   bool hasUnits = false;   ///< or delayed archives: queries need a Reader
+  Handover begun;          ///< to Embree's threads, which count its bytes
 
   ~Scenes() {
     main.reset();  // may view vertices of tessellations
@@ -185,10 +186,12 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
                                        return static_cast<size_t>(std::max<int64_t>(bytes, 0));
                                      },
                                      [&s](uint32_t unit) { return s.guessBytes(unit); }});
+  s.begun.give();
   rtcSetDeviceMemoryMonitorFunction(
       s.unitDevice,
       [](void* scenes, ssize_t bytes, bool) {
         auto& own = *static_cast<Scenes*>(scenes);
+        own.begun.take();
         own.unitBytes += bytes;
         if (bytes > 0) own.geometry->tessellations().notePeak();
         return true;
@@ -197,7 +200,9 @@ Accel::Accel(const Geometry& geometry) : scenes_(std::make_unique<Scenes>()) {
   rtcSetDeviceMemoryMonitorFunction(
       s.device,
       [](void* scenes, ssize_t bytes, bool) {
-        static_cast<Scenes*>(scenes)->mainBytes += bytes;
+        auto& own = *static_cast<Scenes*>(scenes);
+        own.begun.take();
+        own.mainBytes += bytes;
         return true;
       },
       &s);

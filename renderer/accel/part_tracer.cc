@@ -150,6 +150,7 @@ RTCGeometry PartTracer::newUserGeometry(List& list, size_t count) const {
   RTCGeometry shape = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(shape, static_cast<unsigned>(count));
   rtcSetGeometryUserData(shape, &list);
+  list.made.give();
   rtcSetGeometryMask(shape, kAnyRay);
   return shape;
 }
@@ -254,6 +255,7 @@ MetFace PartTracer::met(uint32_t geometry, uint32_t primitive, uint32_t number, 
 
 void PartTracer::boundUnit(const RTCBoundsFunctionArguments* args) {
   const auto& list = *static_cast<const UnitList*>(args->geometryUserPtr);
+  list.made.take();
   const SurfaceUnit& unit = list.geometry->units()[list.units[args->primID]];
   const Box3f& box = list.segments > 0 ? unit.stepBounds[args->timeStep] : unit.bound;
   *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
@@ -323,6 +325,7 @@ void PartTracer::occludeUnit(const RTCOccludedFunctionNArguments* args) {
 
 void PartTracer::boundDelayed(const RTCBoundsFunctionArguments* args) {
   const auto& list = *static_cast<const DelayedList*>(args->geometryUserPtr);
+  list.made.take();
   const Box3f& box = list.geometry->delayed(list.first + args->primID).worldBound;
   *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
 }

@@ -10,6 +10,7 @@
 
 #include "renderer/accel/deferred_units.h"
 #include "renderer/accel/embree_scene.h"
+#include "renderer/base/parallel.h"
 
 namespace patina {
 
@@ -79,11 +80,13 @@ class PartTracer final : public GeometryPart::Tracer {
     uint32_t segments = 0;    ///< time segments of all of them
     uint32_t mask = kAnyRay;  ///< the rays that meet them here
     bool frozen = false;      ///< units that move, as they are at the opening of the shutter
+    Handover made = {};       ///< to the threads that Embree builds with
   };
   /// The delayed archives of a part: the primitives of a user geometry.
   struct DelayedList {
     const Geometry* geometry = nullptr;
     uint32_t first = 0;
+    Handover made = {};
   };
   template <class List>
   RTCGeometry newUserGeometry(List& list, size_t count) const;

@@ -3,9 +3,9 @@
 //
 // Functions whose results have to agree bit for bit for two segments at their common end are not inlined:
 // every call runs the same instructions, whatever sums the compiler contracts.
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "renderer/base/parallel.h"
 #include "renderer/geometry/curves_surface.h"
 
 namespace patina {
@@ -207,7 +207,7 @@ void CurvesSurface::makeTurns() {
   turns_.assign(size_t{faces_} + (periodic_ ? 0 : count), Turn{0, 0});
   // Whoever waits here holds a lock: tasks of others, which may want the same one, must not run meanwhile.
   tbb::this_task_arena::isolate(
-      [&] { tbb::parallel_for(uint32_t{0}, count, [&](uint32_t curve) { makeTurns(curve); }); });
+      [&] { parallelFor(uint32_t{0}, count, [&](uint32_t curve) { makeTurns(curve); }); });
 }
 
 void CurvesSurface::makeTurns(uint32_t curve) {

@@ -2,12 +2,13 @@
 // Morton order of faces.
 #include "renderer/geometry/face_order.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
 
 #include <bit>
 #include <numeric>
+
+#include "renderer/base/parallel.h"
 
 namespace patina {
 namespace {
@@ -30,7 +31,7 @@ void forEachPart(size_t count, size_t grain, const std::function<void(size_t, si
   const size_t parts = (count + grain - 1) / grain;
   const auto part = [&](size_t k) { run(k * grain, std::min(count, (k + 1) * grain)); };
   if (parts == 1) part(0);
-  if (parts > 1) tbb::this_task_arena::isolate([&] { tbb::parallel_for(size_t{0}, parts, part); });
+  if (parts > 1) tbb::this_task_arena::isolate([&] { parallelFor(size_t{0}, parts, part); });
 }
 
 std::vector<uint32_t> mortonOrder(const Surface& surface) {
@@ -62,7 +63,10 @@ std::vector<uint32_t> mortonOrder(const Surface& surface) {
       keys[face] = code << faceBits | face;
     }
   });
-  tbb::this_task_arena::isolate([&] { tbb::parallel_sort(keys.begin(), keys.end()); });
+  tbb::this_task_arena::isolate([&] {
+    const LoopHandover loop;
+    tbb::parallel_sort(keys.begin(), keys.end());
+  });
   const uint64_t mask = (uint64_t{1} << faceBits) - 1;
   forEachPart(count, kGrain, [&](size_t begin, size_t end) {
     for (size_t k = begin; k < end; ++k) order[k] = static_cast<uint32_t>(keys[k] & mask);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // From the polygons of a request to faces: checks, the choice of diagonals, triangulation and its messages.
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
 #include <numeric>
 
+#include "renderer/base/parallel.h"
 #include "renderer/geometry/polygon_surface.h"
 #include "renderer/geometry/triangulate.h"
 
@@ -177,7 +176,7 @@ struct PolygonSurface::Builder {
     constexpr uint32_t kGrain = 16384;
     const tbb::blocked_range<uint32_t> all(0, static_cast<uint32_t>(arrays.faceCount()), kGrain);
     const Part whole = all.size() < 2 * kGrain ? check(all, Part()) : tbb::this_task_arena::isolate([&] {
-      return tbb::parallel_reduce(all, Part(), check, both);
+      return parallelReduce(all, Part(), check, both);
     });
     bound = whole.bound;
     return whole.good;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pieces of small patches that share their irradiance while points are baked.
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 
+#include "renderer/base/parallel.h"
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/baked_points.h"
 
@@ -47,7 +46,7 @@ void BakedPoints::findClusters(std::vector<Piece>& pieces, uint32_t placements) 
     std::vector<Cluster> clusters;
   };
   std::vector<Found> found(size_t{placements} * 2);
-  tbb::parallel_for(size_t{0}, found.size(), [&](size_t k) {
+  parallelFor(size_t{0}, found.size(), [&](size_t k) {
     const bool front = k % 2 == 0;
     Found& f = found[k];
     for (size_t i = first[k / 2]; i < first[k / 2 + 1]; ++i)
@@ -111,8 +110,8 @@ void BakedPoints::addClusters(const std::vector<Piece>& pieces, std::span<uint32
   }
   std::vector<Cluster> others;
   std::vector<uint32_t> otherCounts;
-  tbb::parallel_invoke([&] { addClusters(pieces, low, front, clusters, counts); },
-                       [&] { addClusters(pieces, high, front, others, otherCounts); });
+  parallelInvoke([&] { addClusters(pieces, low, front, clusters, counts); },
+                 [&] { addClusters(pieces, high, front, others, otherCounts); });
   clusters.insert(clusters.end(), others.begin(), others.end());
   counts.insert(counts.end(), otherCounts.begin(), otherCounts.end());
 }
@@ -125,7 +124,7 @@ void BakedPoints::gatherClusters(const std::vector<Piece>& pieces, const Bounce&
     for (const bool side : {true, false})
       if (const uint32_t c = pieces[k].cluster[side ? 0 : 1]; c != kNone)
         if (!bounce.onlyLit || !isBlack(front[k]) || !isBlack(back[k])) wanted[c] = 1;
-  tbb::parallel_for(size_t{0}, clusters_.size(), [&](size_t k) {
+  parallelFor(size_t{0}, clusters_.size(), [&](size_t k) {
     if (wanted[k] == 0 || world_.interrupted()) return;
     Cluster& c = clusters_[k];
     if (c.isTangle)

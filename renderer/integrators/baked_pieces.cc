@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cutting surfaces into the pieces that surfels stand for, as many as memory holds.
-#include <tbb/parallel_for.h>
 
 #include <numeric>
 
+#include "renderer/base/parallel.h"
 #include "renderer/integrators/baked_points.h"
 
 namespace patina {
@@ -262,13 +262,13 @@ std::vector<BakedPoints::Piece> BakedPoints::collectAll(size_t room, size_t fewe
   const auto placements = static_cast<uint32_t>(world_.geometry().placements().size());
   std::vector<std::vector<Whole>> wholes(placements);
   const auto find = [&](bool wantsArea) {
-    tbb::parallel_for(0u, placements, [&](uint32_t k) {
+    parallelFor(0u, placements, [&](uint32_t k) {
       if (!world_.interrupted()) wholes[k] = wholesOf(k, wantsArea);
     });
   };
   const auto count = [&](float least) {
     std::vector<size_t> counts(placements);
-    tbb::parallel_for(0u, placements, [&](uint32_t k) { counts[k] = countPieces(wholes[k], least); });
+    parallelFor(0u, placements, [&](uint32_t k) { counts[k] = countPieces(wholes[k], least); });
     return std::accumulate(counts.begin(), counts.end(), size_t{0});
   };
   find(false);

@@ -2,8 +2,7 @@
 // Baking surfels from patches, bounce by bounce.
 #include "renderer/integrators/baked_points.h"
 
-#include <tbb/parallel_for.h>
-
+#include "renderer/base/parallel.h"
 #include "renderer/base/statistics.h"
 
 namespace patina {
@@ -79,7 +78,7 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
 
   std::vector<Surfel> surfels(pieces.size());
   std::vector<Rgb> front(pieces.size()), back(pieces.size());
-  tbb::parallel_for(size_t{0}, pieces.size(), [&](size_t k) {
+  parallelFor(size_t{0}, pieces.size(), [&](size_t k) {
     const Piece& p = pieces[k];
     const ShadingPoint point = pointOf(p, true);
     Surfel& s = surfels[k];
@@ -170,7 +169,7 @@ VertexWeights BakedPoints::around(const Piece& piece) const {
 }
 
 void BakedPoints::findAlone(const RadiosityEngine& engine, std::vector<Piece>& pieces) const {
-  tbb::parallel_for(size_t{0}, (pieces.size() + kBatch - 1) / kBatch, [&](size_t batch) {
+  parallelFor(size_t{0}, (pieces.size() + kBatch - 1) / kBatch, [&](size_t batch) {
     std::vector<RadiosityEngine::Cell> cells;
     std::vector<bool*> to;
     for (size_t k = batch * kBatch; k < std::min(pieces.size(), (batch + 1) * kBatch); ++k) {
@@ -217,7 +216,7 @@ bool BakedPoints::addRest(const std::vector<Piece>& pieces, int bounce, int last
 /// Radiance of both sides. The same for any number of threads: pieces are shaded in batches of fixed ones.
 void BakedPoints::bake(const RadiosityEngine& engine, const Bounce& bounce, const std::vector<Piece>& pieces,
                        std::vector<Rgb>& front, std::vector<Rgb>& back) const {
-  tbb::parallel_for(size_t{0}, (pieces.size() + kBatch - 1) / kBatch, [&](size_t batch) {
+  parallelFor(size_t{0}, (pieces.size() + kBatch - 1) / kBatch, [&](size_t batch) {
     if (world_.interrupted()) return;
     const size_t begin = batch * kBatch, end = std::min(pieces.size(), begin + kBatch);
     std::vector<RadiosityEngine::Request> requests;

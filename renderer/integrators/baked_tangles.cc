@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pieces of tangles (hair, leaves, meshes finer than pixels), which share irradiance whatever way they face.
-#include <tbb/parallel_invoke.h>
 
+#include "renderer/base/parallel.h"
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/baked_points.h"
 
@@ -177,8 +177,8 @@ void BakedPoints::addTangles(std::vector<Piece>& pieces, std::span<uint32_t> mem
     return;
   }
   std::vector<std::pair<Cluster, std::vector<uint32_t>>> others;
-  tbb::parallel_invoke([&] { addTangles(pieces, low, most, usual, tangles); },
-                       [&] { addTangles(pieces, high, most, usual, others); });
+  parallelInvoke([&] { addTangles(pieces, low, most, usual, tangles); },
+                 [&] { addTangles(pieces, high, most, usual, others); });
   tangles.insert(tangles.end(), others.begin(), others.end());
 }
 

@@ -2,8 +2,6 @@
 // Passes over buckets.
 #include "renderer/integrators/passes.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -13,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "renderer/base/parallel.h"
 #include "renderer/base/statistics.h"
 #include "renderer/shading/work_place.h"
 
@@ -232,13 +231,12 @@ void renderPasses(Film& film, const World& world, const Integrator& integrator, 
     };
     for (bool again = true; again && !world.interrupted();) {
       std::atomic<bool> pause{false};
-      tbb::parallel_for(
-          tbb::blocked_range<size_t>(0, toDo.size(), 1),
-          [&](const tbb::blocked_range<size_t>& range) {
-            for (size_t i = range.begin(); i < range.end() && !world.interrupted() && !pause; ++i) {
-              render(toDo[i]);
-              if (keeping.isDue()) pause = true;
-            }
+      parallelFor(
+          size_t{0}, toDo.size(),
+          [&](size_t i) {
+            if (world.interrupted() || pause) return;
+            render(toDo[i]);
+            if (keeping.isDue()) pause = true;
           },
           tbb::simple_partitioner());
       again = pause;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays that find out, before a picture is made, what most of its rays will meet.
-#include <tbb/parallel_for.h>
 
+#include "renderer/base/parallel.h"
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/world.h"
 
@@ -24,7 +24,7 @@ void World::settle(const PixelRect& pixels, bool reflections) {
   const int64_t paths =
       std::min(std::max<int64_t>(width * height * samplesPerPixel_ / kSamplesPerPath, 1), kMostPaths);
   constexpr int64_t kBatch = 1024;
-  tbb::parallel_for(int64_t{0}, (paths + kBatch - 1) / kBatch, [&](int64_t batch) {
+  parallelFor(int64_t{0}, (paths + kBatch - 1) / kBatch, [&](int64_t batch) {
     constexpr uint64_t kStream = 0x70696c6f74;
     const auto first = static_cast<uint32_t>(batch * kBatch),
                end = static_cast<uint32_t>(std::min(paths, (batch + 1) * kBatch));
