@@ -42,7 +42,7 @@ struct Principled {
       uniform("specular", &Parameters::specular, "weight of the gloss of what is not metal", kUnitRange),
       uniform("ior", &Parameters::ior, "index of refraction of what is not metal, inside relative to outside",
               {1, 4}),
-      uniform("anisotropy", &Parameters::anisotropy, "how far gloss is drawn out along u, as by a brush",
+      uniform("anisotropy", &Parameters::anisotropy, "how far gloss is drawn out along s, as by a brush",
               kUnitRange),
       uniform("transmission", &Parameters::transmission,
               "share of what is not metal that is clear, as glass coloured by basecolor", kUnitRange),
@@ -67,10 +67,9 @@ struct Principled {
       uniform("emissionmap", &Parameters::emissionmap, "texture, times emission"),
       uniform("opacitymap", &Parameters::opacitymap, "texture, times opacity"),
       uniform("normalmap", &Parameters::normalmap,
-              "as Displacement: texture of normals, 0.5 + 0.5 n, x along u and y along v"),
+              "as Displacement: texture of normals, 0.5 + 0.5 n, x along s and y along t, down the picture"),
       uniform("bumpmap", &Parameters::bumpmap,
-              "as Displacement: texture of heights in its first channel, that normals follow, where s, t are "
-              "u, v"),
+              "as Displacement: texture of heights in its first channel, that normals follow"),
       uniform("bumpdepth", &Parameters::bumpdepth, "height where bumpmap is 1, world units"));
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
@@ -87,7 +86,7 @@ struct Principled {
     PatinaTraits& traits = context.traits;
     for (uint64_t& reads : traits.reads)
       if (!any) reads &= ~(kST | kFootprint);
-    if (p.anisotropy == 0) traits.reads[PATINA_ENTRY_VIEW] &= ~kDPdu;
+    if (p.anisotropy == 0) traits.reads[PATINA_ENTRY_VIEW] &= ~kDPds;
     traits.flags = 0;
     if (isBlack(p.opacity - Color(1)) && !maps_[kOpacity]) context.set(PATINA_TRAIT_OPACITY_IS_OS);
     if (!isBlack(p.emission * p.emissionstrength)) context.set(PATINA_TRAIT_EMITS);
@@ -128,7 +127,7 @@ struct Principled {
   }
 
   ViewWith<View<PATINA_LOBE_DIELECTRIC>, Gloss, Gloss, Sheen> view(
-      const Parameters& p, const Surface<kN | kI | kCs | kOs | kDPdu>& at,
+      const Parameters& p, const Surface<kN | kI | kCs | kOs | kDPds>& at,
       const Texels<kMaps>& texels) const {
     const Base base = baseOf(p, at.Cs, texels);
     const float cosine = std::max(-dot(at.N, at.I), 1e-3f);
@@ -154,7 +153,7 @@ struct Principled {
     Lobe& glass = out.lobes[0];
     glass.weight = weight * clear, glass.transmission = weight * base.color * clear;
     glass.alpha = base.alpha, glass.eta = p.ior;
-    const Vector along = p.anisotropy > 0 ? at.dPdu : Vector(1, 0, 0);
+    const Vector along = p.anisotropy > 0 ? at.dPds : Vector(1, 0, 0);
     const float stretch = std::sqrt(1 - 0.9f * p.anisotropy);  // Burley, SIGGRAPH 2012 course, section 5.4
     setGloss(std::get<0>(out.own), gloss, weight * opaque, base.gloss,
              std::max(base.alpha / stretch, Gloss::kLeastAlpha),
@@ -169,9 +168,9 @@ struct Principled {
   }
 
   DisplacedNormal displacement(const Parameters& p,
-                               const Surface<kP | kN | kST | kFootprint | kDPdu | kDPdv>& at,
+                               const Surface<kP | kN | kST | kFootprint | kDPds | kDPdt>& at,
                                const Texels<kMaps>& texels) const {
-    const Vector s = at.dPdu - at.N * dot(at.N, at.dPdu), t = at.dPdv - at.N * dot(at.N, at.dPdv);
+    const Vector s = at.dPds - at.N * dot(at.N, at.dPds), t = at.dPdt - at.N * dot(at.N, at.dPdt);
     const Color& c = texels[kNormal].color;
     const Vector mapped =
         normalize(s) * (2 * c.r - 1) + normalize(t) * (2 * c.g - 1) + at.N * std::max(2 * c.b - 1, 0.05f);

@@ -49,6 +49,7 @@ World::World(const Scene& scene, const RenderSettings& settings, ErrorHandler& e
   {
     PhaseTimer timer("Acceleration structures");
     accel_ = std::make_unique<Accel>(*geometry_);
+    hosts_[0]->setAccel(accel_.get());
   }
   std::vector<const ShaderInstance*> surfaces = shaderPointers_;  // the default surface is the last
   shading_ = std::make_unique<SurfaceShading>(*geometry_, std::move(surfaces));
@@ -117,17 +118,28 @@ void World::loadShaders() {
     if (light.shader != kNone) role[light.shader] = light.isArea ? "AreaLightSource" : "LightSource";
   airShaders_.growTo(scene_.shaders.size() + 1);
   const ShaderBinding fallback{"defaultsurface", {}, M44d(), {}};
+  // Requests that differ by user attributes alone share an instance, unless the shader has read them.
+  std::vector<const ShaderInstance*> shared(scene_.shaders.size(), nullptr);  // by ShaderBinding::alike
   for (size_t k = 0; k <= scene_.shaders.size(); ++k) {
     const bool isDefault = k == scene_.shaders.size();
     const ShaderBinding& binding = isDefault ? fallback : scene_.shaders[k];
-    std::unique_ptr<ShaderInstance> instance;
-    if (isDefault || role[k]) instance = makeShader(binding, isDefault ? "Surface" : role[k], *hosts_[0]);
-    if (!isDefault && isDisplacement[k]) checkMoves(instance.get(), binding, errors_);
-    airShaders_[k] = !isDefault && isAir[k] ? checkAir(instance.get(), binding, errors_) : nullptr;
+    std::unique_ptr<ShaderInstance> made;
+    const ShaderInstance* instance = nullptr;
+    if (isDefault || role[k]) {
+      const size_t alike = std::min<size_t>(binding.alike, k);  // by hand-made scenes it is not said
+      if (!isDefault) instance = shared[alike];
+      if (!instance) {
+        made = makeShader(binding, isDefault ? "Surface" : role[k], *hosts_[0]);
+        instance = made.get();
+        if (!isDefault && instance && !instance->readsUserAttributes()) shared[alike] = instance;
+      }
+    }
+    if (!isDefault && isDisplacement[k]) checkMoves(instance, binding, errors_);
+    airShaders_[k] = !isDefault && isAir[k] ? checkAir(instance, binding, errors_) : nullptr;
     if (isDefault && !instance) throw std::runtime_error("the plugin 'defaultsurface' cannot be used");
     tried_.push_back(isDefault || role[k]);
-    shaderPointers_.push_back(instance.get());
-    shaders_.push_back(std::move(instance));
+    shaderPointers_.push_back(instance);
+    shaders_.push_back(std::move(made));
   }
 }
 
@@ -151,6 +163,7 @@ void World::begin(GeometryPart& part) {
     };
     hosts_.push_back(std::make_unique<ShaderHost>(find, textures_.get()));
     hosts_.back()->setReplay([this](const V3f& at) { return howToReplay(at); });
+    hosts_.back()->setAccel(accel_.get());
     hostOf_[&part] = hosts_.back().get();
   }
   // A shader of a scene around this one may be used by nothing else, and not be loaded yet.
@@ -159,9 +172,10 @@ void World::begin(GeometryPart& part) {
     if (shader == kNone) return;
     const bool isDisplacement = role == Role::Displacement;
     const uint32_t index = part.shader(shader);
-    if (role == Role::Atmosphere && tried_[index] && !airShaders_[index] && shaders_[index] &&
-        shaders_[index]->hasAtmosphere())
-      airShaders_[index] = shaders_[index].get();
+    const ShaderInstance* known = shaders_[index].get();
+    if (!known && index < shaderPointers_.size()) known = shaderPointers_[index];
+    if (role == Role::Atmosphere && tried_[index] && !airShaders_[index] && known && known->hasAtmosphere())
+      airShaders_[index] = known;
     if (tried_[index]) return;
     const GeometryPart& owner = part.ofShader(shader);
     const ShaderBinding& binding = owner.scene->shaders[shader];

@@ -23,7 +23,8 @@ size_t hashOf(const Attributes& attributes) {
   hasher.add(attributes.shadingRate)
       .add(attributes.visibility)
       .add(attributes.displacementBound)
-      .add(attributes.name);
+      .add(attributes.name)
+      .add(attributes.user.hash());
   hasher.add(attributes.diceLength);
   hasher.add(attributes.maxDiffuseDepth).add(attributes.maxSpecularDepth);
   return hasher.value();
@@ -48,8 +49,8 @@ bool truth(const ParamList& params, std::string_view token, bool fallback) {
 
 /// Name spaces that no picture depends on: how other renderers cut surfaces up and what they leave out
 /// unseen.
-constexpr std::string_view kHintAttributes[] = {"user",  "grouping", "cull",      "procedural",
-                                                "shade", "stitch",   "stochastic"};
+constexpr std::string_view kHintAttributes[] = {"grouping", "cull",   "procedural",
+                                                "shade",    "stitch", "stochastic"};
 
 void markAllUsed(const ParamList& params) {
   for (const Param& param : params) param.used = true;
@@ -175,7 +176,9 @@ void SceneBuilder::geometricRepresentation(std::string_view type, const Location
 
 void SceneBuilder::attribute(std::string_view name, const ParamList& params, const Location& at) {
   setUserValues("attribute", name, params);
-  if (name == "identifier") {
+  if (name == "user") {
+    userAttribute(params);
+  } else if (name == "identifier") {
     if (const Param* id = params.find("name"); id && !id->strings.empty())
       changeAttributes().name = id->strings.front();
   } else if (name == "trace") {
@@ -232,6 +235,25 @@ void SceneBuilder::attribute(std::string_view name, const ParamList& params, con
   } else if (std::ranges::find(kHintAttributes, name) == std::end(kHintAttributes)) {
     noEffect("Attribute", name, {}, at);
   }
+}
+
+/// Values of any name and type, for shaders (PATINA_EXTENSION_ATTRIBUTES) and conditions.
+void SceneBuilder::userAttribute(const ParamList& params) {
+  UserAttributes user = state_.attributes.user;
+  for (const Param& param : params) {
+    param.used = true;
+    ShaderArgument value;
+    if (!takeArgument(param, "Attribute \"user\"", value)) continue;
+    if (!user.set(std::move(value)))
+      error(RiError::LimitCheck, param.location,
+            fmt::format("Attribute \"user\" \"{}\": there are {} others already", param.name(),
+                        UserAttributes::kMost),
+            "user attributes");
+  }
+  if (user == state_.attributes.user) return;
+  // Alone it does not make an object's primitives leave the attributes of their instances.
+  state_.stored = kNone;
+  state_.attributes.user = std::move(user);
 }
 
 void SceneBuilder::visibilityAttribute(const ParamList& params, const Location& at) {

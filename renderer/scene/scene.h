@@ -37,12 +37,37 @@ struct ShaderArgument {
   Location where;
 };
 
+/// What Attribute "user" has said of what follows, by name. Copies share their values.
+class UserAttributes {
+ public:
+  static constexpr size_t kMost = 256;
+
+  bool empty() const { return !all_; }
+  /// nullptr = there is none of this name.
+  const ShaderArgument* find(std::string_view name) const;
+  /// Adds an attribute, or replaces that of its name. False: there are kMost others.
+  bool set(ShaderArgument attribute);
+  size_t hash() const { return all_ ? all_->hash : 0; }  ///< of names and values
+  /// The same names and values.
+  bool operator==(const UserAttributes& other) const;
+
+ private:
+  struct All {
+    std::vector<std::shared_ptr<const ShaderArgument>> byName;  ///< in alphabetical order
+    size_t hash = 0;
+  };
+  std::shared_ptr<const All> all_;  ///< null = none
+};
+
 /// A Surface, Displacement, LightSource ... request. Shaders themselves are loaded by renderer/shading.
 struct ShaderBinding {
   std::string name;
   std::vector<ShaderArgument> arguments;
   M44d shaderToWorld;  ///< the current transformation at the request
   Location where;
+  UserAttributes user = {};  ///< at the request
+  /// The first of Scene::shaders that differs from it by `user` alone, itself if there is none.
+  uint32_t alike = kNone;
 };
 
 // ---- Attributes -------------------------------------------------------------------------------------------
@@ -80,6 +105,7 @@ struct Attributes {
   int maxSpecularDepth = 2;
   float displacementBound = 0;  ///< object space
   std::string name;             ///< Attribute "identifier" "name"
+  UserAttributes user;          ///< Attribute "user"
   bool operator==(const Attributes&) const = default;
 };
 

@@ -265,6 +265,7 @@ class SceneBuilder final : public RibHandler {
   // State
   Attributes& changeAttributes();
   uint32_t storeAttributes();  ///< index for a primitive made now; kNone inside an untouched object
+  bool takeArgument(const Param& param, const std::string& subject, ShaderArgument& argument);
   uint32_t addShader(std::string_view name, const ParamList& params, const Location& at);
   uint32_t addLight(std::string_view name, Handle handle, bool isArea, const ParamList& params,
                     const Location& at);
@@ -274,6 +275,7 @@ class SceneBuilder final : public RibHandler {
   void setUserValues(std::string_view kind, std::string_view name, const ParamList& params);
   std::optional<bool> evaluate(std::string_view condition, const Location& at);
   void riAttribute(const ParamList& params, const Location& at);
+  void userAttribute(const ParamList& params);
   void visibilityAttribute(const ParamList& params, const Location& at);
   void displacementBound(const ParamList& params);
   void diceAttribute(const ParamList& params, const Location& at);

@@ -35,55 +35,74 @@ bool sameBinding(const ShaderBinding& a, const ShaderBinding& b) {
 
 }  // namespace
 
+/// The values of a parameter, of the request that `subject` names. False: it has none that make sense, which
+/// has been said.
+bool SceneBuilder::takeArgument(const Param& param, const std::string& subject, ShaderArgument& argument) {
+  const Declaration& declaration = param.declaration;
+  const size_t count = param.floats.size() + param.ints.size() + param.strings.size();
+  if (declaration.reference) {
+    countNotice(fmt::format("shader connections are not followed: \"{}\" of {} keeps its default",
+                            param.name(), subject),
+                param.location);
+    return false;
+  }
+  if (count == 0) return false;  // an empty array: the shader's default
+  const size_t components =
+      param.floats.empty() ? declaration.arrayLength : static_cast<size_t>(declaration.components());
+  if (declaration.declared && count != components) {
+    warning(RiError::BadParamList, param.location,
+            fmt::format("parameter \"{}\" of {} has {} values, expected {} ({}): left at its default",
+                        param.name(), subject, count, components, toString(declaration)),
+            fmt::format("shader values {} {}", subject, param.name()));
+    return false;
+  }
+  if (!std::ranges::all_of(param.floats, [](float value) { return std::isfinite(value); })) {
+    error(RiError::Range, param.location,
+          fmt::format("parameter \"{}\" of {} is not finite", param.name(), subject));
+    return false;
+  }
+  argument.name = param.name();
+  argument.type = declaration.type;
+  argument.arrayLength = declaration.arrayLength > 1 ? static_cast<int>(declaration.arrayLength) : 0;
+  argument.floats.assign(param.floats.begin(), param.floats.end());
+  argument.ints.assign(param.ints.begin(), param.ints.end());
+  argument.strings.assign(param.strings.begin(), param.strings.end());
+  argument.where = param.location;
+  return true;
+}
+
 uint32_t SceneBuilder::addShader(std::string_view name, const ParamList& params, const Location& at) {
   ShaderBinding binding;
   binding.name = name;
   binding.shaderToWorld = state_.ctm * objectBase_;
   binding.where = at;
+  binding.user = state_.attributes.user;
+  const std::string subject = fmt::format("\"{}\"", name);
   for (const Param& param : params) {
     param.used = true;
-    const Declaration& declaration = param.declaration;
-    const size_t count = param.floats.size() + param.ints.size() + param.strings.size();
-    if (declaration.reference) {
-      countNotice(fmt::format("shader connections are not followed: \"{}\" of \"{}\" keeps its default",
-                              param.name(), name),
-                  param.location);
-      continue;
-    }
-    if (count == 0) continue;  // an empty array: the shader's default
-    const size_t components =
-        param.floats.empty() ? declaration.arrayLength : static_cast<size_t>(declaration.components());
-    if (declaration.declared && count != components) {
-      warning(RiError::BadParamList, param.location,
-              fmt::format("parameter \"{}\" of \"{}\" has {} values, expected {} ({}): left at its default",
-                          param.name(), name, count, components, toString(declaration)),
-              fmt::format("shader values {} {}", name, param.name()));
-      continue;
-    }
-    if (!std::ranges::all_of(param.floats, [](float value) { return std::isfinite(value); })) {
-      error(RiError::Range, param.location,
-            fmt::format("parameter \"{}\" of \"{}\" is not finite", param.name(), name));
-      continue;
-    }
-    ShaderArgument& argument = binding.arguments.emplace_back();
-    argument.name = param.name();
-    argument.type = declaration.type;
-    argument.arrayLength = declaration.arrayLength > 1 ? static_cast<int>(declaration.arrayLength) : 0;
-    argument.floats.assign(param.floats.begin(), param.floats.end());
-    argument.ints.assign(param.ints.begin(), param.ints.end());
-    argument.strings.assign(param.strings.begin(), param.strings.end());
-    argument.where = param.location;
+    ShaderArgument argument;
+    if (takeArgument(param, subject, argument)) binding.arguments.push_back(std::move(argument));
   }
 
   // Exporters repeat the same shader before each primitive.
+  const auto find = [&](size_t hash, const auto& matches) {
+    const auto [begin, end] = shadersByHash_.equal_range(hash);
+    const auto found = std::find_if(begin, end, [&](const auto& e) {
+      const ShaderBinding& known = scene_.shaders[e.second - scene_.firstShader];
+      return sameBinding(known, binding) && matches(known, e.second);
+    });
+    return found == end ? kNone : found->second;
+  };
   const size_t hash = hashOf(binding);
-  const auto [begin, end] = shadersByHash_.equal_range(hash);
-  const auto same = std::find_if(begin, end, [&](const auto& e) {
-    return sameBinding(scene_.shaders[e.second - scene_.firstShader], binding);
-  });
-  if (same != end) return same->second;
+  const size_t withUser = binding.user.empty() ? hash : Hasher().add(hash).add(binding.user.hash()).value();
+  const uint32_t same =
+      find(withUser, [&](const ShaderBinding& known, uint32_t) { return known.user == binding.user; });
+  if (same != kNone) return same;
   const auto index = scene_.firstShader + static_cast<uint32_t>(scene_.shaders.size());
-  shadersByHash_.emplace(hash, index);
+  const uint32_t first = find(hash, [](const ShaderBinding& known, uint32_t k) { return known.alike == k; });
+  binding.alike = first == kNone ? index : first;
+  if (first == kNone && withUser != hash) shadersByHash_.emplace(hash, index);
+  shadersByHash_.emplace(withUser, index);
   scene_.shaders.push_back(std::move(binding));
   return index;
 }

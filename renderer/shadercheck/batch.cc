@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "renderer/base/sampling.h"
+#include "renderer/shadercheck/check_host.h"
 #include "renderer/shadercheck/parameter_set.h"
 #include "renderer/shading/plugin_file.h"
 
@@ -164,6 +165,8 @@ void Batch::fillSurface(const Layout& layout) {
   points_.Os = vector(PATINA_CHANNEL_OS, "Os", &Lane::Os);
   points_.time = number(PATINA_CHANNEL_TIME, "time", &Lane::time);
   points_.I = vector(PATINA_CHANNEL_I, "I", &Lane::I);
+  points_.dPds = vector(PATINA_CHANNEL_DPDS, "dPds", &Lane::dPds);
+  points_.dPdt = vector(PATINA_CHANNEL_DPDT, "dPdt", &Lane::dPdt);
 }
 
 void Batch::fillLight(const Layout& layout) {
@@ -261,6 +264,7 @@ void Batch::reset() {
 }
 
 PatinaStatus Batch::call(void* instance) {
+  const HostCall running(entryOf(call_), std::span(lanes_).first(count_));
   switch (call_) {
     case Call::Displacement:
       return status_ = shader_.displacement(instance, &points_, &displaced_);

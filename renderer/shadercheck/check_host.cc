@@ -12,6 +12,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/shading/custom_lobe.h"
+#include "renderer/shading/plugin_file.h"
 
 namespace patina::shadercheck {
 namespace {
@@ -31,7 +32,24 @@ void store(const PatinaOut3& out, uint32_t i, float s, float t, float width) {
   out.x[i] = pattern(s, t, width, 0), out.y[i] = pattern(s, t, width, 1), out.z[i] = pattern(s, t, width, 2);
 }
 
+// How far along a ray a ball of radius 3 about the origin is, from inside and from outside.
+float distanceToBall(const V3f& origin, const V3f& direction) {
+  const V3d o(origin), d = V3d(direction).normalized();
+  const double b = o.dot(d), c = o.dot(o) - 9, discriminant = b * b - c;
+  if (!(discriminant >= 0)) return PATINA_INFINITE_DISTANCE;
+  const double root = std::sqrt(discriminant), t = -b - root > 0 ? -b - root : -b + root;
+  return t > 0 ? static_cast<float>(t) : PATINA_INFINITE_DISTANCE;
+}
+
+thread_local HostCall* presentCall = nullptr;
+
 }  // namespace
+
+HostCall::HostCall(PatinaEntry entry_, std::span<const Lane> lanes_)
+    : entry(entry_), lanes(lanes_), rays(lanes_.size(), 0) {
+  presentCall = this;
+}
+HostCall::~HostCall() { presentCall = nullptr; }
 
 struct CheckHost::Services {
   static CheckHost& self(void* host) { return *static_cast<CheckHost*>(host); }
@@ -126,10 +144,115 @@ struct CheckHost::Services {
     return PATINA_LOBE_CUSTOM + static_cast<uint32_t>(s.lobes_.size()) - 1;
   }
 
+  static PatinaTexture* openData(void* host, const char* name) {
+    CheckHost& s = self(host);
+    s.checkPreparing("PatinaDataTextures.open()");
+    if (!name) s.complain("gave PatinaDataTextures.open() NULL");
+    return name && *name ? s.texture() : nullptr;
+  }
+
+  static const char* findFile(void* host, const char* name) {
+    CheckHost& s = self(host);
+    s.checkPreparing("PatinaFiles.find()");
+    if (!name) s.complain("gave PatinaFiles.find() NULL");
+    return nullptr;
+  }
+
+  static void setAtmosphere(void* host, PatinaAtmosphereFunction function) {
+    CheckHost& s = self(host);
+    s.checkPreparing("PatinaAtmospheres.set()");
+    if (!function) s.complain("gave PatinaAtmospheres.set() NULL");
+    s.atmosphere_ = function;
+  }
+
+  static int32_t getAttribute(void* host, const char* name, uint32_t type, uint32_t, PatinaValue* value) {
+    CheckHost& s = self(host);
+    s.checkPreparing("PatinaAttributes.get()");
+    if (!name || !value || componentsOf(type) == 0)
+      s.complain("gave PatinaAttributes.get() NULL, or a type that is none");
+    return 0;
+  }
+
+  static int32_t bindAttribute(void* host, const char* name, const char* parameter) {
+    CheckHost& s = self(host);
+    s.checkPreparing("PatinaAttributes.bind()");
+    if (!name || !*name || !parameter) s.complain("gave PatinaAttributes.bind() NULL or no name");
+    return name && *name && parameter ? 1 : 0;
+  }
+
+  static int32_t declareRays(void* host, PatinaEntry entry, uint32_t most) {
+    CheckHost& s = self(host);
+    s.checkPreparing("PatinaRays.declare()");
+    if (entry != PATINA_ENTRY_RADIOSITY && entry != PATINA_ENTRY_VIEW) {
+      s.complain("declared rays of an entry point that may trace none");
+      return 0;
+    }
+    if (most > PATINA_MAX_RAYS) {
+      s.complain(fmt::format("declared {} rays per point, more than {}", most, PATINA_MAX_RAYS));
+      return 0;
+    }
+    s.rays_[entry] = most;
+    return 1;
+  }
+
+  static PatinaStatus traceRays(void* host, const PatinaRayIn* in, PatinaRayOut* out) {
+    CheckHost& s = self(host);
+    const auto refuse = [&](std::string text) {
+      s.complain(std::move(text));
+      return PATINA_ERROR_PARAMETER;
+    };
+    HostCall* const call = presentCall;
+    if (!call || s.rays_[call->entry] == 0) return refuse("traced rays where it has declared none");
+    const auto isThere = [](const PatinaPlane& plane) { return plane.data && plane.stride <= 1; };
+    const auto areThere = [&](const PatinaPlane3& p) { return isThere(p.x) && isThere(p.y) && isThere(p.z); };
+    if (!in || !out || (!out->distance && !out->occluded) || !in->lane || !areThere(in->direction) ||
+        !isThere(in->maximum) || (in->origin.x.data && !areThere(in->origin)))
+      return refuse("gave PatinaRays.trace() NULL, or a stride that is neither 0 nor 1");
+    for (uint32_t i = 0; i < in->count; ++i) {
+      if (out->distance) out->distance[i] = PATINA_INFINITE_DISTANCE;
+      if (out->occluded) out->occluded[i] = 0;
+      const uint32_t lane = in->lane[i];
+      if (lane >= call->lanes.size()) return refuse("traced rays of a point that is not in the batch");
+      const float maximum = at(in->maximum, i);
+      if (std::isnan(maximum)) return refuse("gave a ray a maximum that is not a number");
+      if (maximum <= 0) continue;
+      if (++call->rays[lane] > s.rays_[call->entry])
+        return refuse(fmt::format("traced more rays for a point than the {} that it has declared",
+                                  s.rays_[call->entry]));
+      const V3f direction(at(in->direction.x, i), at(in->direction.y, i), at(in->direction.z, i));
+      const V3f origin = in->origin.x.data
+                             ? V3f(at(in->origin.x, i), at(in->origin.y, i), at(in->origin.z, i))
+                             : call->lanes[lane].P;
+      if (!isFinite(direction) || isBlack(direction) || !isFinite(origin))
+        return refuse("traced a ray that is not finite or has no direction");
+      const float distance = distanceToBall(origin, direction);
+      if (!(distance <= maximum)) continue;
+      if (out->distance) out->distance[i] = distance;
+      if (out->occluded) out->occluded[i] = 1;
+    }
+    return PATINA_OK;
+  }
+
   static const void* extension(void* host, const char* id) {
     static constexpr PatinaLobeRegistry kLobes = {sizeof(PatinaLobeRegistry), 0, addLobe};
-    if (!id) self(host).complain("gave extension() NULL");
-    return id && std::string_view(id) == PATINA_EXTENSION_CUSTOM_LOBES ? &kLobes : nullptr;
+    static constexpr PatinaDataTextures kDataTextures = {sizeof(PatinaDataTextures), 0, openData};
+    static constexpr PatinaFiles kFiles = {sizeof(PatinaFiles), 0, findFile};
+    static constexpr PatinaAttributes kAttributes = {sizeof(PatinaAttributes), 0, getAttribute,
+                                                     bindAttribute};
+    static constexpr PatinaRays kRays = {sizeof(PatinaRays), 0, declareRays, traceRays};
+    static constexpr PatinaAtmospheres kAtmospheres = {sizeof(PatinaAtmospheres), 0, setAtmosphere};
+    if (!id) {
+      self(host).complain("gave extension() NULL");
+      return nullptr;
+    }
+    const std::string_view wanted = id;
+    if (wanted == PATINA_EXTENSION_CUSTOM_LOBES) return &kLobes;
+    if (wanted == PATINA_EXTENSION_DATA_TEXTURES) return &kDataTextures;
+    if (wanted == PATINA_EXTENSION_FILES) return &kFiles;
+    if (wanted == PATINA_EXTENSION_ATTRIBUTES) return &kAttributes;
+    if (wanted == PATINA_EXTENSION_RAYS) return &kRays;
+    if (wanted == PATINA_EXTENSION_ATMOSPHERE) return &kAtmospheres;
+    return nullptr;
   }
 };
 

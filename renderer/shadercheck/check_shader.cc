@@ -8,6 +8,7 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -58,23 +59,38 @@ class SharedProgress {
   _exit(kFinished);
 }
 
-// All that comes out of the pipe until it is closed. False: the time was over before.
-bool readAll(int pipe, int timeoutSeconds, std::string& text) {
+// CPU time of a process and its threads so far.
+double cpuSecondsOf(pid_t process) {
+  clockid_t clock;
+  timespec used{};
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &used) != 0) return 0;
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
+enum class End { Closed, OutOfCpuTime, OutOfTime };
+
+// All that comes out of the pipe until `child`, which has its other end, closes it or is out of time.
+End readAll(int pipe, pid_t child, const CheckOptions& options, std::string& text) {
   using Clock = std::chrono::steady_clock;
-  const auto end = Clock::now() + std::chrono::seconds(timeoutSeconds);
+  constexpr int kLookMilliseconds = 100;
+  const auto end = Clock::now() + std::chrono::seconds(options.wallSeconds);
   for (;;) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
     pollfd waiting{pipe, POLLIN, 0};
-    if (left <= 0 || poll(&waiting, 1, static_cast<int>(left)) == 0) return false;
-    char buffer[4096];
-    const ssize_t size = read(pipe, buffer, sizeof buffer);
-    if (size <= 0) return true;
-    text.append(buffer, static_cast<size_t>(size));
+    if (poll(&waiting, 1, kLookMilliseconds) > 0) {
+      char buffer[4096];
+      const ssize_t size = read(pipe, buffer, sizeof buffer);
+      if (size <= 0) return End::Closed;
+      text.append(buffer, static_cast<size_t>(size));
+    }
+    if (cpuSecondsOf(child) > options.cpuSeconds) return End::OutOfCpuTime;
+    if (Clock::now() > end) return End::OutOfTime;
   }
 }
 
-std::string describeEnd(int status, bool inTime, int timeoutSeconds) {
-  if (!inTime) return fmt::format("did not return within {} s", timeoutSeconds);
+std::string describeEnd(int status, End end, const CheckOptions& options) {
+  if (end == End::OutOfCpuTime)
+    return fmt::format("did not return within {} s of CPU time", options.cpuSeconds);
+  if (end == End::OutOfTime) return fmt::format("did not return within {} s", options.wallSeconds);
   if (WIFSIGNALED(status))
     return fmt::format("crashed: signal {}, {}", WTERMSIG(status), strsignal(WTERMSIG(status)));
   if (WIFEXITED(status) && WEXITSTATUS(status) != kFinished)
@@ -97,14 +113,14 @@ std::vector<Fault> runCheck(const PatinaShader& shader, const Check& check, cons
     return {{check.name, "the check", "cannot be run: no process", ""}};
   }
   std::string text;
-  const bool inTime = readAll(ends[0], options.timeoutSeconds, text);
+  const End ended = readAll(ends[0], child, options, text);
   close(ends[0]);
-  if (!inTime) kill(child, SIGKILL);
+  if (ended != End::Closed) kill(child, SIGKILL);
   int status = 0;
   waitpid(child, &status, 0);
   std::vector<Fault> faults = parseFindings(text, check.name);
   const Progress& last = *progress;
-  if (const std::string end = describeEnd(status, inTime, options.timeoutSeconds); !end.empty())
+  if (const std::string end = describeEnd(status, ended, options); !end.empty())
     faults.push_back({check.name, last.entry, end, last.detail});
   return faults;
 }
@@ -125,6 +141,7 @@ std::span<const Check> allChecks() {
                                       {"traits", checkFlags},
                                       {"inactive entry points", checkInactive},
                                       {"displacement", checkDisplacement},
+                                      {"atmosphere", checkAtmosphere},
                                       {"light samples", checkLightSamples},
                                       {"point lights", checkPointLights},
                                       {"infinite lights", checkInfiniteLights},

@@ -17,7 +17,11 @@ struct Verdict {
 };
 
 struct CheckOptions {
-  int timeoutSeconds = 20;  ///< of one check; then it is stopped, which is a fault
+  /// Of one check, in seconds of its own CPU time (of all its threads), however busy the machine is; then it
+  /// is stopped, which is a fault.
+  int cpuSeconds = 20;
+  /// The same by the clock on the wall: for shaders that wait for what does not come.
+  int wallSeconds = 300;
 };
 
 /// The shader's plugin stays open meanwhile. Call it while the process has one thread: it forks. [main]

@@ -34,6 +34,7 @@ void checkCustomLobes(const Context& context);  ///< formulas of the shader's ow
 void checkFlags(const Context& context);  ///< OPAQUE, BLACK, EMITS, TRANSMITS, OPACITY_IS_OS, TRANSPARENT
 void checkInactive(const Context& context);
 void checkDisplacement(const Context& context);
+void checkAtmosphere(const Context& context);  ///< checks_atmosphere.cc
 
 // Lights (checks_lights.cc, checks_sphere.cc).
 void checkLightSamples(const Context& context);

@@ -17,6 +17,7 @@ constexpr std::pair<uint64_t, std::string_view> kNames[] = {
     {PATINA_CHANNEL_ST, "s and t"},   {PATINA_CHANNEL_FOOTPRINT, "footprint"},
     {PATINA_CHANNEL_CS, "Cs"},        {PATINA_CHANNEL_OS, "Os"},
     {PATINA_CHANNEL_I, "I"},          {PATINA_CHANNEL_TIME, "time"},
+    {PATINA_CHANNEL_DPDS, "dPds"},    {PATINA_CHANNEL_DPDT, "dPdt"},
     {kChannelDirection, "direction"}, {kChannelRandom, "random numbers"}};
 
 // Numbers in [0, 1) in a row.
@@ -54,6 +55,9 @@ Lane makeLane(uint64_t id) {
   lane.I = viewer.dot(lane.Ng) > 0 ? -viewer : viewer;
   lane.direction = draw.direction();
   lane.randomX = draw.unit(), lane.randomY = draw.unit();
+  const float turned = draw.between(0, 2 * kPi);
+  lane.dPds = lane.dPdu * std::cos(turned) + lane.dPdv * std::sin(turned);
+  lane.dPdt = lane.dPdv * std::cos(turned) - lane.dPdu * std::sin(turned);
   return lane;
 }
 
@@ -79,6 +83,10 @@ void makeHostile(Lane& lane, uint64_t which) {
   if (which % 4 == 0) lane.dPdv = V3f(0, 0, 0);
   if (which % 5 == 0) lane.dPdv = lane.dPdu;
   if (which % 7 == 0) lane.dPdu *= 1e12f, lane.dPdv *= 1e-12f;
+  if (which % 3 == 1) lane.dPds = V3f(0, 0, 0);
+  if (which % 4 == 1) lane.dPdt = V3f(0, 0, 0);
+  if (which % 5 == 1) lane.dPdt = lane.dPds;
+  if (which % 7 == 1) lane.dPds *= 1e12f, lane.dPdt *= 1e-12f;
   if (which % 4 == 1) {  // along an axis, where frames degenerate
     lane.N = lane.Ng = lane.direction = V3f(0, 0, which % 8 == 1 ? 1.0f : -1.0f);
     lane.I = -lane.N;

@@ -13,7 +13,7 @@ namespace patina::shadercheck {
 /// The inputs of lights that no PATINA_CHANNEL_ bit stands for.
 inline constexpr uint64_t kChannelDirection = uint64_t{1} << 62;
 inline constexpr uint64_t kChannelRandom = uint64_t{1} << 63;
-inline constexpr uint64_t kSurfaceChannels = (PATINA_CHANNEL_TIME << 1) - 1;
+inline constexpr uint64_t kSurfaceChannels = (PATINA_CHANNEL_DPDT << 1) - 1;
 inline constexpr uint64_t kLightChannels = PATINA_CHANNEL_P | PATINA_CHANNEL_N | PATINA_CHANNEL_UV |
                                            PATINA_CHANNEL_TIME | kChannelDirection | kChannelRandom;
 
@@ -24,7 +24,7 @@ std::string channelNames(uint64_t channels);
 
 struct Lane {
   uint64_t id = 0;  ///< what the lane's varying parameters are drawn with
-  V3f P, N, Ng, dPdu, dPdv;
+  V3f P, N, Ng, dPdu, dPdv, dPds, dPdt;
   float u, v, s, t, footprint, footprintSt;
   V3f Cs, Os;
   float time;

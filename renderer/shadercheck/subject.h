@@ -53,6 +53,8 @@ class Subject {
   /// The custom lobes that `prepare` registered.
   const std::vector<const PatinaCustomLobe*>& customLobes() const { return host_.lobes(); }
   const std::string& parametersName() const { return parameters_.name(); }
+  /// The function for RI's Atmosphere that `prepare` handed over; nullptr = none.
+  PatinaAtmosphereFunction atmosphere() const { return host_.atmosphere(); }
   /// With the parameters in the detail.
   void fault(std::string_view entry, const std::string& text, const std::string& detail = {});
   void fault(Call call, const std::string& text, const std::string& detail = {}) {

@@ -16,6 +16,7 @@ Uses usesOf(const PatinaShader& shader) {
   forEachSubject({shader, sets, findings}, [&](const Subject& subject) {
     uses.active |= subject.traits().active;
     uses.fromPoint |= subject.has(PATINA_TRAIT_FROM_POINT);
+    uses.atmosphere |= subject.atmosphere() != nullptr;
     if (subject.active(PATINA_ENTRY_LIGHT)) uses.lightKinds |= 1u << (subject.traits().light_kind & 31u);
   });
   return uses;

@@ -12,6 +12,7 @@ struct Uses {
   uint32_t active = 0;      ///< bits (1 << PatinaEntry)
   uint32_t lightKinds = 0;  ///< bits (1 << PatinaLightKind); none where light is not active
   bool fromPoint = false;   ///< PATINA_TRAIT_FROM_POINT
+  bool atmosphere = false;  ///< PATINA_EXTENSION_ATMOSPHERE
 };
 
 /// The union over the parameter sets of the checks (defaults, ends of ranges, with textures and without).

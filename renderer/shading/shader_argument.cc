@@ -56,6 +56,32 @@ std::string outOfRange(const PatinaParameter& parameter, double value) {
 
 }  // namespace
 
+uint32_t typeOf(ValueType type) {
+  switch (type) {
+    case ValueType::Float:
+      return PATINA_FLOAT;
+    case ValueType::Integer:
+      return PATINA_INT;
+    case ValueType::String:
+      return PATINA_STRING;
+    case ValueType::Color:
+      return PATINA_COLOR;
+    case ValueType::Point:
+      return PATINA_POINT;
+    case ValueType::Vector:
+      return PATINA_VECTOR;
+    case ValueType::Normal:
+      return PATINA_NORMAL;
+    case ValueType::HPoint:
+      return PATINA_HPOINT;
+    case ValueType::Matrix:
+      return PATINA_MATRIX;
+    case ValueType::MPoint:
+      return 0;
+  }
+  return 0;
+}
+
 uint32_t valueCountOf(const PatinaParameter& parameter) {
   return componentsOf(parameter.type) * std::max(parameter.array_length, 1u);
 }

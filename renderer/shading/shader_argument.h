@@ -19,6 +19,8 @@ struct ArgumentSlot {
   std::vector<std::string>& strings;
 };
 
+/// The PatinaType of a RIB's type; 0 = there is none.
+uint32_t typeOf(ValueType type);
 /// Numbers in all in a value of the parameter: 1, 3, 4 or 16 times the array length.
 uint32_t valueCountOf(const PatinaParameter& parameter);
 

@@ -17,6 +17,7 @@
 
 namespace patina {
 
+class Accel;
 class TextureService;
 
 /// One per frame; must outlive the instances that were made with it. [any thread]
@@ -48,6 +49,9 @@ class ShaderHost {
 
   std::optional<M44d> spaceToWorld(std::string_view name, const M44d& shaderToWorld) const;
   TextureService* textures() const { return textures_; }
+  /// What rays of shaders are traced against; without it they meet nothing. Before any is traced. [main]
+  void setAccel(const Accel* accel) { accel_ = accel; }
+  const Accel* accel() const { return accel_; }
 
  private:
   struct Entry {
@@ -59,6 +63,7 @@ class ShaderHost {
   FindSpace findSpace_;
   std::function<std::string(const V3f& at)> replay_;
   TextureService* textures_;
+  const Accel* accel_ = nullptr;
   std::mutex mutex_;
   std::map<std::tuple<std::string, PatinaReport, int32_t>, Entry> reports_;
 };

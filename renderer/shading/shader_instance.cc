@@ -9,7 +9,9 @@
 #include <cstring>
 #include <filesystem>
 
+#include "renderer/base/statistics.h"
 #include "renderer/shading/plugin_file.h"
+#include "renderer/shading/ray_service.h"
 #include "renderer/shading/shader_argument.h"
 #include "renderer/shading/texture_service.h"
 #include "rib/input_files.h"
@@ -18,7 +20,8 @@
 namespace patina {
 namespace {
 
-constexpr uint64_t kAllChannels = (PATINA_CHANNEL_TIME << 1) - 1;
+constexpr uint64_t kAllChannels = (PATINA_CHANNEL_DPDT << 1) - 1;
+STAT_COUNTER("Shaders/instances", instances);
 constexpr uint32_t kAllEntries = (1u << PATINA_ENTRIES) - 1;
 
 void store(const M44d& matrix, float out[16]) {
@@ -139,7 +142,7 @@ struct ShaderInstance::Services {
     if (fault.empty() && s.customLobes_.size() == PATINA_MAX_LOBES)
       fault = fmt::format("is one too many: there may be {}", PATINA_MAX_LOBES);
     if (!fault.empty()) {
-      s.lobeFault_ = fmt::format("its lobe \"{}\" {}", lobe && lobe->name ? lobe->name : "", fault);
+      s.refusal_ = fmt::format("its lobe \"{}\" {}", lobe && lobe->name ? lobe->name : "", fault);
       return PATINA_LOBE_NONE;
     }
     s.customLobes_.emplace_back(*lobe, s);
@@ -147,22 +150,81 @@ struct ShaderInstance::Services {
     return PATINA_LOBE_CUSTOM + static_cast<uint32_t>(s.customLobes_.size()) - 1;
   }
 
+  static int32_t declareRays(void* host, PatinaEntry entry, uint32_t most) {
+    ShaderInstance& s = self(host);
+    const char* const fault = s.prepared_ ? "outside of prepare"
+                              : entry != PATINA_ENTRY_RADIOSITY && entry != PATINA_ENTRY_VIEW
+                                  ? "for an entry point that may trace none"
+                              : most > PATINA_MAX_RAYS ? "beyond PATINA_MAX_RAYS"
+                                                       : nullptr;
+    if (!fault) return s.rays_[entry] = most, 1;
+    s.refusal_ = fmt::format("it declares {} rays per point {}", most, fault);
+    return 0;
+  }
+
+  static PatinaStatus traceRays(void* host, const PatinaRayIn* in, PatinaRayOut* out) {
+    return RayCall::trace(self(host), in, out);
+  }
+
+  static int32_t getAttribute(void* host, const char* name, uint32_t type, uint32_t arrayLength,
+                              PatinaValue* value) {
+    ShaderInstance& s = self(host);
+    if (!name || !value || s.prepared_) return 0;
+    s.readsUserAttributes_ = true;
+    const ShaderArgument* const found = s.user_.find(name);
+    if (!found || typeOf(found->type) != type || static_cast<uint32_t>(found->arrayLength) != arrayLength)
+      return 0;
+    *value = {};
+    if (type == PATINA_STRING) {
+      auto& pointers = s.attributePointers_.emplace_back();
+      for (const std::string& text : found->strings) pointers.push_back(text.c_str());
+      value->strings = pointers.data();
+    }
+    value->floats = found->floats.empty() ? nullptr : found->floats.data();
+    value->ints = found->ints.empty() ? nullptr : found->ints.data();
+    value->plane = 1;
+    value->count = componentsOf(type) * std::max(arrayLength, 1u);
+    value->is_set = 1;
+    return 1;
+  }
+
+  static int32_t bindAttribute(void* host, const char* name, const char* parameter) {
+    ShaderInstance& s = self(host);
+    if (!name || !*name || !parameter || s.prepared_) return 0;
+    for (VaryingParameter& varying : s.varying_)
+      if (varying.name == parameter) {
+        varying.attribute = name;
+        s.bindsUserAttributes_ = true;
+        return 1;
+      }
+    return 0;
+  }
+
   static const void* extension(void*, const char* id) {
     static constexpr PatinaDataTextures kDataTextures = {sizeof(PatinaDataTextures), 0, openData};
     static constexpr PatinaAtmospheres kAtmospheres = {sizeof(PatinaAtmospheres), 0, setAtmosphere};
     static constexpr PatinaLobeRegistry kLobes = {sizeof(PatinaLobeRegistry), 0, addLobe};
     static constexpr PatinaFiles kFiles = {sizeof(PatinaFiles), 0, findFile};
+    static constexpr PatinaRays kRays = {sizeof(PatinaRays), 0, declareRays, traceRays};
+    static constexpr PatinaAttributes kAttributes = {sizeof(PatinaAttributes), 0, getAttribute,
+                                                     bindAttribute};
     if (!id) return nullptr;
     if (std::strcmp(id, PATINA_EXTENSION_FILES) == 0) return &kFiles;
     if (std::strcmp(id, PATINA_EXTENSION_ATMOSPHERE) == 0) return &kAtmospheres;
     if (std::strcmp(id, PATINA_EXTENSION_DATA_TEXTURES) == 0) return &kDataTextures;
     if (std::strcmp(id, PATINA_EXTENSION_CUSTOM_LOBES) == 0) return &kLobes;
+    if (std::strcmp(id, PATINA_EXTENSION_RAYS) == 0) return &kRays;
+    if (std::strcmp(id, PATINA_EXTENSION_ATTRIBUTES) == 0) return &kAttributes;
     return nullptr;
   }
 };
 
 ShaderInstance::ShaderInstance(const PatinaShader& shader, const ShaderBinding& binding, ShaderHost& host)
-    : shader_(shader), where_(binding.where), shaderToWorld_(binding.shaderToWorld), host_(host) {
+    : shader_(shader),
+      where_(binding.where),
+      shaderToWorld_(binding.shaderToWorld),
+      host_(host),
+      user_(binding.user) {
   worldToShader_ = shaderToWorld_.determinant() != 0 ? shaderToWorld_.inverse() : M44d();
   table_ = {sizeof(PatinaHost), PATINA_ABI_MINOR,      this,
             Services::report,   Services::transform,   Services::openTexture,
@@ -190,7 +252,7 @@ void ShaderInstance::setDefaults() {
       ints_[i].assign(p.default_ints, p.default_ints + numbers);
     else
       floats_[i].assign(p.default_floats, p.default_floats + numbers);
-    if (p.storage == PATINA_VARYING) varying_.push_back({i, p.name, p.type, numbers});
+    if (p.storage == PATINA_VARYING) varying_.push_back({i, p.name, p.type, numbers, {}});
   }
 }
 
@@ -232,8 +294,8 @@ bool ShaderInstance::prepare(ErrorHandler& errors) {
     fault = fmt::format(
         "prepare failed with status {} ({})", status,
         status > 0 && status < int(std::size(kReasons)) ? kReasons[status] : "not a known status");
-  else if (!lobeFault_.empty())
-    fault = lobeFault_;
+  else if (!refusal_.empty())
+    fault = refusal_;
   else
     fault = findTraitsFault(traits_);
   if (fault.empty()) return true;
@@ -284,6 +346,7 @@ std::unique_ptr<ShaderInstance> ShaderInstance::create(const PatinaShader& shade
   }
   instance->finishValues();
   if (!instance->prepare(errors)) return nullptr;
+  ++instances;
   return instance;
 }
 

@@ -3,6 +3,8 @@
 // points.
 #pragma once
 
+#include <array>
+#include <deque>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,8 +25,9 @@ class ShaderInstance {
   struct VaryingParameter {
     uint32_t index;  ///< of values() and of the shader's table
     std::string_view name;
-    uint32_t type;        ///< PatinaType; never PATINA_STRING or PATINA_INT
-    uint32_t components;  ///< of the type times the array length
+    uint32_t type;          ///< PatinaType; never PATINA_STRING or PATINA_INT
+    uint32_t components;    ///< of the type times the array length
+    std::string attribute;  ///< the user attribute that takes its place where there is no variable; "" = none
   };
 
   /// Binds and prepares. Arguments that do not fit are reported to `errors` and keep their defaults. nullptr:
@@ -76,6 +79,13 @@ class ShaderInstance {
   }
   bool hasCustomLobes() const { return !customLobes_.empty(); }
   uint32_t lobeDataCount() const { return lobeDataCount_; }  ///< numbers that its lobes take at most
+  /// Rays that an entry point traces for one point at most: see RayCall.
+  uint32_t raysOf(PatinaEntry entry) const { return rays_[entry]; }
+  const Accel* accel() const { return host_.accel(); }
+  /// `prepare` asked for user attributes of the request: another request's may make another instance.
+  bool readsUserAttributes() const { return readsUserAttributes_; }
+  /// Some parameter is to take its value from user attributes of primitives.
+  bool bindsUserAttributes() const { return bindsUserAttributes_; }
   /// What `prepare` wrote, for the functions of custom lobes.
   void* data() const { return data_; }
 
@@ -101,6 +111,7 @@ class ShaderInstance {
   Location where_;
   M44d shaderToWorld_, worldToShader_;
   ShaderHost& host_;
+  UserAttributes user_;  // of the request
   PatinaHost table_{};
 
   std::vector<PatinaValue> values_;
@@ -112,7 +123,10 @@ class ShaderInstance {
 
   std::vector<CustomLobe> customLobes_;
   uint32_t lobeDataCount_ = 0;
-  std::string lobeFault_;  // why a lobe was refused
+  std::array<uint32_t, PATINA_ENTRIES> rays_{};             // by PatinaEntry
+  std::string refusal_;                                     // why a lobe or rays were refused
+  std::deque<std::vector<const char*>> attributePointers_;  // texts handed out
+  bool readsUserAttributes_ = false, bindsUserAttributes_ = false;
 
   PatinaTraits traits_{};
   PatinaAtmosphereFunction atmosphere_ = nullptr;

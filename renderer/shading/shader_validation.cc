@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "renderer/shading/planes.h"
+#include "renderer/shading/ray_service.h"
 
 namespace patina {
 
@@ -23,7 +24,7 @@ constexpr float kSlack = 1e-4f;   // of sums of products of floats in [0, 1]
 constexpr uint32_t kSampled = 7;  // of so many batches of a thread one is looked at more closely
 
 // What is handed over again is copied member by member: new ones are to be copied as well.
-static_assert(sizeof(PatinaPoints) == 520, "SingleLane copies every plane of a batch");
+static_assert(sizeof(PatinaPoints) == 616, "SingleLane copies every plane of a batch");
 static_assert(sizeof(PatinaValue) == 40, "SingleLane copies every value of a batch");
 static_assert(sizeof(PatinaRadiosityOut) == 128,
               "radiosityAlone() fills every plane, and numbersOf() compares it");
@@ -79,6 +80,8 @@ constexpr Channel kChannels[] = {
     {PATINA_CHANNEL_OS, "Os", {}, {&PatinaPoints::Os}},
     {PATINA_CHANNEL_I, "I", {}, {&PatinaPoints::I}},
     {PATINA_CHANNEL_TIME, "time", {&PatinaPoints::time}, {}},
+    {PATINA_CHANNEL_DPDS, "dPds", {}, {&PatinaPoints::dPds}},
+    {PATINA_CHANNEL_DPDT, "dPdt", {}, {&PatinaPoints::dPdt}},
 };
 
 /// A batch of one lane of another one.
@@ -211,6 +214,7 @@ void callAgain(const ShaderInstance& shader, PatinaEntry entry, const PatinaPoin
   const Numbers together = numbersOf(out, lane);
   const auto alone = [&](uint64_t poisoned) {
     SingleLane single(shader, in, lane, poisoned);
+    const RayCall rays(lane);
     return call(single, lane);
   };
   if (!same(alone(0), together))

@@ -2,7 +2,10 @@
 // Channels and parameters of a batch.
 #include "renderer/shading/surface_batch.h"
 
+#include <algorithm>
 #include <array>
+
+#include "renderer/shading/shader_argument.h"
 
 namespace patina {
 
@@ -67,7 +70,8 @@ bool changeParameters(const BatchPoint& p, const At& at, V3f& du, V3f& dv) {
 
 void SurfaceBatch::fillDerivatives(uint64_t reads, const Derivatives& derivatives, PatinaPoints& in) {
   const size_t n = points_.size();
-  const bool byTexture = (reads & PATINA_CHANNEL_FOOTPRINT) != 0,
+  const bool byTexture =
+                 (reads & (PATINA_CHANNEL_FOOTPRINT | PATINA_CHANNEL_DPDS | PATINA_CHANNEL_DPDT)) != 0,
              byParameters = (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV)) != 0;
   du_.resize(n), dv_.resize(n), ds_.resize(n), dt_.resize(n);
   for (size_t i = 0; i < n; ++i) {
@@ -88,6 +92,8 @@ void SurfaceBatch::fillDerivatives(uint64_t reads, const Derivatives& derivative
   };
   if (reads & PATINA_CHANNEL_DPDU) in.dPdu = vectors(du_);
   if (reads & PATINA_CHANNEL_DPDV) in.dPdv = vectors(dv_);
+  if (reads & PATINA_CHANNEL_DPDS) in.dPds = vectors(ds_);
+  if (reads & PATINA_CHANNEL_DPDT) in.dPdt = vectors(dt_);
   if (reads & PATINA_CHANNEL_FOOTPRINT)
     in.footprint_st = planes_.fill(n, [&](size_t i) {
       // How fast s and t grow at most: the lengths of their gradients.
@@ -110,41 +116,78 @@ void SurfaceBatch::fillTextureCoordinates(PatinaPoints& in) {
   in.t = planes_.fill(n, [&](size_t i) { return st_[i].y; });
 }
 
-/// The instance's values, those of primitive variables in their place.
+namespace {
+
+/// The value of a parameter at a point: of a primitive variable of its name, or else of the user attribute
+/// that stands for it.
+class ReplacedValue {
+ public:
+  ReplacedValue(const BatchPoint& point, const ShaderInstance::VaryingParameter& parameter) : point_(point) {
+    const auto fits = [&](size_t count) { return count == parameter.components; };
+    if (point.variables->others) {
+      const PrimVar* found = findVariable(*point.primitive, parameter.name);
+      if (found && found->floats.size() && fits(static_cast<size_t>(found->components))) variable_ = found;
+    }
+    if (variable_ || parameter.attribute.empty()) return;
+    const ShaderArgument* found = point.attributes->user.find(parameter.attribute);
+    const uint32_t type = found ? typeOf(found->type) : 0;
+    if ((type == parameter.type && fits(found->floats.size())) ||
+        (type == PATINA_INT && parameter.type == PATINA_FLOAT && fits(found->ints.size())))
+      attribute_ = found;
+  }
+  explicit operator bool() const { return variable_ || attribute_; }
+  void get(std::span<float> value) const {
+    if (variable_)
+      point_.surface->interpolate(*variable_, point_.face, point_.u, point_.v, value.data());
+    else if (attribute_->floats.empty())
+      std::copy(attribute_->ints.begin(), attribute_->ints.end(), value.begin());
+    else
+      std::copy(attribute_->floats.begin(), attribute_->floats.end(), value.begin());
+  }
+
+ private:
+  const BatchPoint& point_;
+  const PrimVar* variable_ = nullptr;
+  const ShaderArgument* attribute_ = nullptr;
+};
+
+constexpr uint32_t kMostComponents = 64;
+
+}  // namespace
+
+/// False: nothing takes the parameter's place at any point.
+bool SurfaceBatch::replaceParameter(const ShaderInstance::VaryingParameter& parameter,
+                                    const PatinaValue& constant, PatinaValue& varying) {
+  const size_t n = points_.size();
+  if (parameter.components > kMostComponents ||
+      std::none_of(points_.begin(), points_.end(),
+                   [&](const BatchPoint& p) { return bool(ReplacedValue(p, parameter)); }))
+    return false;
+  float* block = planes_.take(parameter.components);
+  std::array<float, kMostComponents> value{};
+  for (size_t i = 0; i < planes_.padded(); ++i) {
+    const ReplacedValue replaced(points_[std::min(i, n - 1)], parameter);
+    if (replaced) replaced.get(value);
+    for (uint32_t c = 0; c < parameter.components; ++c)
+      block[c * planes_.padded() + i] = replaced ? value[c] : constant.floats[c * constant.plane];
+  }
+  varying.floats = block;
+  varying.stride = 1;
+  varying.plane = static_cast<uint32_t>(planes_.padded());
+  return true;
+}
+
+/// The instance's values, those of primitive variables and user attributes in their place.
 std::span<const PatinaValue> SurfaceBatch::fillParameters(const ShaderInstance& shader) {
   const std::span<const PatinaValue> values = shader.values();
-  const size_t n = points_.size();
-  if (shader.varyingParameters().empty() ||
-      std::none_of(points_.begin(), points_.end(), [](const BatchPoint& p) { return p.variables->others; }))
+  const auto mayReplace = [&](const BatchPoint& p) {
+    return p.variables->others || (shader.bindsUserAttributes() && !p.attributes->user.empty());
+  };
+  if (shader.varyingParameters().empty() || std::none_of(points_.begin(), points_.end(), mayReplace))
     return values;
   changed_.assign(values.begin(), values.end());
-  for (const ShaderInstance::VaryingParameter& parameter : shader.varyingParameters()) {
-    const auto variableOf = [&](size_t i) -> const PrimVar* {
-      if (!points_[i].variables->others) return nullptr;
-      const PrimVar* found = findVariable(*points_[i].primitive, parameter.name);
-      return found && found->floats.size() && found->components == static_cast<int>(parameter.components)
-                 ? found
-                 : nullptr;
-    };
-    bool any = false;
-    for (size_t i = 0; i < n && !any; ++i) any = variableOf(i) != nullptr;
-    if (!any) continue;
-    const PatinaValue& constant = values[parameter.index];
-    float* block = planes_.take(parameter.components);
-    std::array<float, 64> value{};
-    for (size_t i = 0; i < planes_.padded(); ++i) {
-      const BatchPoint& p = points_[std::min(i, n - 1)];
-      const PrimVar* variable =
-          parameter.components <= value.size() ? variableOf(std::min(i, n - 1)) : nullptr;
-      if (variable) p.surface->interpolate(*variable, p.face, p.u, p.v, value.data());
-      for (uint32_t c = 0; c < parameter.components; ++c)
-        block[c * planes_.padded() + i] = variable ? value[c] : constant.floats[c * constant.plane];
-    }
-    PatinaValue& varying = changed_[parameter.index];
-    varying.floats = block;
-    varying.stride = 1;
-    varying.plane = static_cast<uint32_t>(planes_.padded());
-  }
+  for (const ShaderInstance::VaryingParameter& parameter : shader.varyingParameters())
+    replaceParameter(parameter, values[parameter.index], changed_[parameter.index]);
   return changed_;
 }
 
@@ -161,7 +204,8 @@ PatinaPoints SurfaceBatch::fill(const ShaderInstance& shader, uint64_t reads,
   if (reads & PATINA_CHANNEL_FOOTPRINT)
     in.footprint = planes_.fill(n, [&](size_t i) { return points_[i].footprint; });
   if (reads & PATINA_CHANNEL_TIME) in.time = planes_.uniform(0);
-  if (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV | PATINA_CHANNEL_FOOTPRINT))
+  if (reads & (PATINA_CHANNEL_DPDU | PATINA_CHANNEL_DPDV | PATINA_CHANNEL_FOOTPRINT | PATINA_CHANNEL_DPDS |
+               PATINA_CHANNEL_DPDT))
     fillDerivatives(reads, derivatives, in);
   if (reads & (PATINA_CHANNEL_UV | PATINA_CHANNEL_ST)) fillTextureCoordinates(in);
   const auto color = [&](const PrimVar* SurfaceVariables::*variable, Rgb Attributes::*fallback) {

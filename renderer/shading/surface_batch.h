@@ -53,6 +53,8 @@ class SurfaceBatch {
   void fillTextureCoordinates(PatinaPoints& in);
   void fillDerivatives(uint64_t reads, const Derivatives& derivatives, PatinaPoints& in);
   std::span<const PatinaValue> fillParameters(const ShaderInstance& shader);
+  bool replaceParameter(const ShaderInstance::VaryingParameter& parameter, const PatinaValue& constant,
+                        PatinaValue& varying);
 
   Planes planes_;
   std::vector<BatchPoint> points_;

@@ -6,9 +6,11 @@
 
 #include <array>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "renderer/base/statistics.h"
+#include "renderer/shading/ray_service.h"
 #include "renderer/shading/shader_validation.h"
 #include "renderer/shading/surface_batch.h"
 
@@ -60,6 +62,16 @@ struct OutPlanes {
 struct SurfaceShading::Statistics {
   std::array<std::string, 6> names;
   StatCounter radiosityCalls, radiosityPoints, viewCalls, viewPoints, radiosityReplaced, viewReplaced;
+  std::unique_ptr<StatCounter> radiosityRays, viewRays;  ///< of shaders that trace some
+  explicit Statistics(const ShaderInstance& instance) : Statistics(std::string(instance.name())) {
+    const std::string prefix = "Shaders/" + std::string(instance.name());
+    if (instance.raysOf(PATINA_ENTRY_RADIOSITY) > 0)
+      radiosityRays = std::make_unique<StatCounter>(prefix + "/radiosity/rays");
+    if (instance.raysOf(PATINA_ENTRY_VIEW) > 0)
+      viewRays = std::make_unique<StatCounter>(prefix + "/view/rays");
+  }
+
+ private:
   explicit Statistics(const std::string& shader)
       : names{"Shaders/" + shader + "/radiosity/calls",
               "Shaders/" + shader + "/radiosity/points",
@@ -95,7 +107,8 @@ void SurfaceShading::growTo(size_t shaders) {
 
 void SurfaceShading::setShader(uint32_t shader, const ShaderInstance* instance) {
   surfaces_[shader] = instance;
-  statistics_[shader] = instance ? std::make_unique<Statistics>(std::string(instance->name())) : nullptr;
+  statistics_[shader] = instance ? std::make_unique<Statistics>(*instance) : nullptr;
+  if (instance) firstOf_.try_emplace(instance, shader);
 }
 
 void SurfaceShading::append(const GeometryPart& part) {
@@ -108,6 +121,7 @@ void SurfaceShading::append(const GeometryPart& part) {
     const Attributes& attributes = geometry_.attributes(placement);
     uint32_t shader = attributes.surface;
     if (shader == kNone || !surfaces_[shader]) shader = fallback_;
+    shader = firstOf_.at(surfaces_[shader]);  // requests that share an instance share batches
     shaderIndex_[k] = shader;
     const bool isOs = surfaces_[shader]->has(PATINA_TRAIT_OPACITY_IS_OS);
     const bool opaque = surfaces_[shader]->has(PATINA_TRAIT_OPAQUE) ||
@@ -268,6 +282,10 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
     });
   };
   const auto place = [&](size_t i) { return placeOf(point(i)); };
+  const RayCall::FacetOf facetOf = [&](uint32_t lane) { return point(lane).facet(); };
+  const auto mayTrace = [&](std::optional<RayCall>& call, PatinaEntry entry) {
+    if (shader.raysOf(entry) > 0) call.emplace(shader, entry, in.count, shader.accel(), facetOf);
+  };
   if (radiosity) {
     Repaired repaired;
     PatinaRadiosityOut result{};
@@ -277,7 +295,11 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
     result.ambient = planes.out3(0), result.opacity = planes.out3(1);
     ++statistics.radiosityCalls;
     statistics.radiosityPoints += static_cast<int64_t>(n);
-    if (shader.radiosity(in, result) == PATINA_OK) {
+    std::optional<RayCall> rays;
+    mayTrace(rays, PATINA_ENTRY_RADIOSITY);
+    const PatinaStatus status = shader.radiosity(in, result);
+    if (rays) *statistics.radiosityRays += rays->traced();
+    if (status == PATINA_OK) {
       if (validatesShaders()) validateRadiosity(shader, in, result, place);
       for (size_t i = 0; i < n; ++i) {
         SurfaceTerms& t = out.terms[which[i]];
@@ -317,7 +339,11 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
     result.lobe_stride = sizeof(PatinaLobe);
     ++statistics.viewCalls;
     statistics.viewPoints += static_cast<int64_t>(n);
-    if (shader.view(in, result) == PATINA_OK) {
+    std::optional<RayCall> rays;
+    mayTrace(rays, PATINA_ENTRY_VIEW);
+    const PatinaStatus status = shader.view(in, result);
+    if (rays) *statistics.viewRays += rays->traced();
+    if (status == PATINA_OK) {
       if (validatesShaders()) validateView(shader, in, result, place);
       for (size_t i = 0; i < n; ++i) {
         SurfaceTerms& t = out.terms[which[i]];

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -62,6 +63,7 @@ class SurfaceShading {
   // In the renderer's numbers: shaders of Scene::shaders, the default surface, those of delayed archives.
   StableVector<const ShaderInstance*> surfaces_;
   StableVector<std::unique_ptr<Statistics>> statistics_;  ///< by shader
+  std::map<const ShaderInstance*, uint32_t> firstOf_;     ///< the first of surfaces_ that is the instance
   uint32_t fallback_;                                     ///< the default surface
   StableVector<SurfaceVariables> variables_;              ///< by traced surface
   StableVector<uint32_t> shaderIndex_;                    ///< by placement

@@ -2,23 +2,29 @@
 // The C++ side of the shader ABI: a shader is a class with a description and those kernels that do something.
 //
 // A shader class S has
-//   struct Parameters { float Kd = 1; ... };             plain data; members' initialisers are the defaults
-//   static constexpr auto kInfo = describe("name", "doc", uniform("Kd", &Parameters::Kd, "doc", kUnitRange),
-//   ...);
+//   struct Parameters { float Kd = 1; ... };      plain data; members' initialisers are the defaults
+//   static constexpr auto kInfo = describe("name", "doc",
+//       uniform("Kd", &Parameters::Kd, "doc", kUnitRange), ...);
 // and any of these kernels, written for one point and compiled to code for PATINA_LANES at once:
 //   Radiosity radiosity(const Parameters&, const Surface<kCs | kOs>&) const;
 //   View<PATINA_LOBE_GGX> view(const Parameters&, const Surface<kN | kI>&) const;
 //   Displaced displacement(const Parameters&, const Surface<kP | kN>&) const;
-//   LightSample sample(const Parameters&, const LightQuery&) const;      LightSample evaluate(... the same
-//   ...) const; Color emit(const Parameters&, const LightQuery&) const;
-//   Air atmosphere(const Parameters&, const AirQuery&) const;             RI's Atmosphere
+//   LightSample sample(const Parameters&, const LightQuery&) const;
+//   LightSample evaluate(const Parameters&, const LightQuery&) const;
+//   Color emit(const Parameters&, const LightQuery&) const;
+//   Air atmosphere(const Parameters&, const AirQuery&) const;      RI's Atmosphere
 // An entry point without kernels is never called. Further, all optional:
-//   PatinaStatus prepare(const Parameters&, Prepare&);   once per binding; may compute members and refine the
-//   traits static constexpr uint64_t kTraits                    PATINA_TRAIT_ flags that hold for every
-//   parameter value static constexpr PatinaLightKind kLight              where it does not follow from the
-//   kernels lookups(), texture()                                 textures (TextureLookup); lobeCount(): lobes
-//   in use PatinaStatus lightBatch(const PatinaLightIn&, PatinaLightOut&) const   in the place of the light's
-//   kernels
+//   PatinaStatus prepare(const Parameters&, Prepare&);
+//       once per binding; may compute members and refine the traits
+//   static constexpr uint64_t kTraits
+//       PATINA_TRAIT_ flags that hold for every parameter value
+//   static constexpr PatinaLightKind kLight
+//       where it does not follow from the kernels
+//   lookups(), texture()           textures (TextureLookup)
+//   rays(), rayCount()             what is near the point (sdk/rays.h)
+//   uint32_t lobeCount() const     lobes in use
+//   PatinaStatus lightBatch(const PatinaLightIn&, PatinaLightOut&) const
+//       in the place of the light's kernels
 // Lobes that the host does not have are classes, too: see sdk/lobes.h; sdk/microfacets.h has some.
 //
 // What patterns are made of has headers of its own: sdk/noise.h (gradient noise of one to four variables),
@@ -96,6 +102,27 @@ class Prepare {
   void report(PatinaReport severity, int32_t code, const char* message) const {
     host.report(host.host, severity, code, message);
   }
+  /// The value that the scene has given the user attribute `name` (RI: Attribute "user") where the request
+  /// binds the shader. False, and `value` is as it was: there is none of its type (a parameter's, see
+  /// uniform()).
+  template <class T>
+  bool attribute(const char* name, T& value) const {
+    using Type = detail::TypeOf<T>;
+    const auto* attributes =
+        static_cast<const PatinaAttributes*>(host.extension(host.host, PATINA_EXTENSION_ATTRIBUTES));
+    PatinaValue found{};
+    if (!attributes || !attributes->get(host.host, name, Type::kId, Type::kArrayLength, &found)) return false;
+    detail::readUniform(found, value);
+    return true;
+  }
+  /// On primitives that have the user attribute `name` it takes the place of the varying parameter
+  /// `parameter`, where no primitive variable does. "" = none. False: there is no such parameter, or no host
+  /// that can.
+  bool bindAttribute(const char* name, const char* parameter) const {
+    const auto* attributes =
+        static_cast<const PatinaAttributes*>(host.extension(host.host, PATINA_EXTENSION_ATTRIBUTES));
+    return attributes && name && *name && attributes->bind(host.host, name, parameter) != 0;
+  }
   /// From one coordinate system to another: "world", "camera", "shader", "object" or a name given by RI's
   /// CoordinateSystem. Kernels are given world space. Of a name that is not known a warning is reported, and
   /// nothing is transformed.
@@ -140,16 +167,17 @@ struct Plugin {
 
   template <class K>
   static constexpr uint64_t reads() {
-    if constexpr (K::kTexels == 0)
-      return K::kChannels;
-    else
-      return K::kChannels | Kernel<decltype(&S::lookups)>::kChannels;
+    uint64_t channels = K::kChannels;
+    if constexpr (K::kTexels > 0) channels |= Kernel<decltype(&S::lookups)>::kChannels;
+    if constexpr (K::kRays > 0) channels |= Kernel<decltype(&S::rays)>::kChannels;
+    return channels;
   }
 
   static void describeKernels(PatinaTraits& traits) {
     if constexpr (kHasDisplacement) {
       using K = Kernel<decltype(&S::displacement)>;
       static_assert(!(reads<K>() & kI), "displacement does not depend on the view: it is not given I");
+      static_assert(K::kRays == 0, "displacement traces no rays: it makes what they meet");
       traits.active |= 1u << PATINA_ENTRY_DISPLACEMENT;
       traits.reads[PATINA_ENTRY_DISPLACEMENT] = reads<K>();
     }
@@ -193,6 +221,25 @@ struct Plugin {
     return true;
   }
 
+  // What an entry point traces for each point at most is the N of its last argument, or rayCount().
+  template <class K>
+  static bool declareRays([[maybe_unused]] Instance<S>& made, [[maybe_unused]] const PatinaHost& host,
+                          [[maybe_unused]] PatinaEntry entry) {
+    if constexpr (K::kRays > 0) {
+      made.rays = static_cast<const PatinaRays*>(host.extension(host.host, PATINA_EXTENSION_RAYS));
+      made.rayCount = K::kRays;
+      if constexpr (requires { made.shader.rayCount(); })
+        made.rayCount = std::min(made.rayCount, uint32_t(made.shader.rayCount()));
+      constexpr int32_t kNoRays = -3;
+      if (!made.rays)
+        host.report(host.host, PATINA_REPORT_WARNING, kNoRays,
+                    "it traces rays, which this renderer does not: they meet nothing");
+      else if (made.rayCount > 0)
+        return made.rays->declare(host.host, entry, made.rayCount) != 0;
+    }
+    return true;
+  }
+
   // Runs `body`, and turns what it throws into a status.
   template <class Body>
   static PatinaStatus guarded(const Body& body) noexcept {
@@ -216,7 +263,7 @@ struct Plugin {
   static PatinaStatus prepare(const PatinaPrepare* in, void** instance, PatinaTraits* traits) {
     return guarded([&]() -> PatinaStatus {
       std::unique_ptr<Instance<S>> made(
-          new Instance<S>{S{}, ParameterTable<S>::read(in->values, in->value_stride), in->host, {}});
+          new Instance<S>{S{}, ParameterTable<S>::read(in->values, in->value_stride), in->host});
       describeKernels(*traits);
       if constexpr (kHasView) {
         if (!registerLobes<OwnLobesOf<typename Kernel<decltype(&S::view)>::Result>>(*made, *in->host))
@@ -226,6 +273,17 @@ struct Plugin {
         Prepare context(*in, *traits);
         const PatinaStatus status = made->shader.prepare(made->parameters, context);
         if (status != PATINA_OK) return status;
+      }
+      const auto isActive = [&](PatinaEntry entry) { return (traits->active >> entry & 1u) != 0; };
+      if constexpr (kHasRadiosity) {
+        if (isActive(PATINA_ENTRY_RADIOSITY) &&
+            !declareRays<Kernel<decltype(&S::radiosity)>>(*made, *in->host, PATINA_ENTRY_RADIOSITY))
+          return PATINA_ERROR_RESOURCE;
+      }
+      if constexpr (kHasView) {
+        if (isActive(PATINA_ENTRY_VIEW) &&
+            !declareRays<Kernel<decltype(&S::view)>>(*made, *in->host, PATINA_ENTRY_VIEW))
+          return PATINA_ERROR_RESOURCE;
       }
       if constexpr (kHasAtmosphere) {
         const auto* air = static_cast<const PatinaAtmospheres*>(

@@ -32,10 +32,11 @@ extern "C" {
 #endif
 
 #define PATINA_ABI_MAJOR 1u /* in the symbol's name; differs = refused */
-#define PATINA_ABI_MINOR 3u /* newer plugins run with older hosts of the same major version */
+#define PATINA_ABI_MINOR 4u /* newer plugins run with older hosts of the same major version */
 #define PATINA_LANES 16u
 #define PATINA_MAX_LOBES 8u
 #define PATINA_LOBE_DATA 16u /* numbers that a custom lobe may take from `view`, at most */
+#define PATINA_MAX_RAYS 256u /* that an entry point may trace for one point, at most */
 
 typedef int32_t PatinaStatus;
 enum {
@@ -112,6 +113,8 @@ typedef struct PatinaValue {
 #define PATINA_CHANNEL_OS        (UINT64_C(1) << 9)
 #define PATINA_CHANNEL_I         (UINT64_C(1) << 10) /* only `view` may ask for it */
 #define PATINA_CHANNEL_TIME      (UINT64_C(1) << 11)
+#define PATINA_CHANNEL_DPDS      (UINT64_C(1) << 12)
+#define PATINA_CHANNEL_DPDT      (UINT64_C(1) << 13)
 
 /* Points on a surface. */
 typedef struct PatinaPoints {
@@ -132,6 +135,8 @@ typedef struct PatinaPoints {
     PatinaPlane time;           /* seconds, within the shutter */
     PatinaPlane3 I;             /* unit, from the viewer to P, as in RI. Only for `view`; NULL planes for every
                                    other entry point */
+    /* Since minor version 4. */
+    PatinaPlane3 dPds, dPdt;    /* derivatives of P by s and t; dPdu and dPdv where those do not span the surface */
 } PatinaPoints;
 
 /* ---- displacement ---------------------------------------------------------------------------------------------- */
@@ -271,7 +276,8 @@ typedef struct PatinaHost {
     /* [any] The size of a texture in pixels; channels. */
     PatinaStatus (*texture_size)(void *host, PatinaTexture *texture, uint32_t *width, uint32_t *height,
                                  uint32_t *channels);
-    /* [any] An optional interface by id, NULL when the host does not have it. */
+    /* [any] An optional interface by id, one of PATINA_EXTENSION_ below; NULL when the host does not have it. Its functions
+     * take PatinaHost.host as their first argument. */
     const void *(*extension)(void *host, const char *id);
 } PatinaHost;
 
@@ -474,6 +480,64 @@ typedef struct PatinaFiles {
      * `prepare` alone; the string is the host's and lives until the next call. */
     const char *(*find)(void *host, const char *name);
 } PatinaFiles;
+
+/* ---- Extension: rays ------------------------------------------------------------------------------------------- */
+
+/* What is near a point: hollows, edges, occlusion. Rays meet the geometry alone, as it is when the shutter opens and as far
+ * as diffuse rays see it (RI: Attribute "visibility" "diffuse"). No shader is run for what they meet: every surface counts
+ * as opaque. What a ray meets is a property of the scene, the same for every call, so that `radiosity` may be cached.
+ *
+ * The cost is declared in `prepare`, entry point by entry point, and kept: a call that would exceed it for any point of the
+ * batch is refused as a whole, and reported. Of `radiosity` count on each vertex of the cache, and on each hit that is
+ * shaded directly: some tens of rays per point are much. The host counts them (Shaders/NAME/radiosity/rays). */
+#define PATINA_EXTENSION_RAYS "patina.rays.1"
+
+/* The planes are the plugin's: of any alignment, with `count` numbers and no padding. */
+typedef struct PatinaRayIn {
+    uint32_t struct_size;
+    uint32_t count;         /* of rays */
+    const uint32_t *lane;   /* by ray: the point of the batch that it is for, below PatinaPoints.count; in any order */
+    PatinaPlane3 origin;    /* NULL planes: P of that point; then the ray does not meet the surface there */
+    PatinaPlane3 direction; /* of any length but zero */
+    PatinaPlane maximum;    /* world units: how far the ray reaches. 0 or less: it is not traced, and costs nothing */
+} PatinaRayIn;
+
+typedef struct PatinaRayOut {
+    uint32_t struct_size;
+    uint32_t reserved;
+    float *distance; /* to what is met first, world units; PATINA_INFINITE_DISTANCE = nothing. NULL: is not asked for */
+    float *occluded; /* 1 = something is met, 0 = nothing. NULL: is not asked for. Alone it is the cheaper question */
+} PatinaRayOut;
+
+typedef struct PatinaRays {
+    uint32_t struct_size;
+    uint32_t reserved;
+    /* [main] In `prepare` alone: `entry`, PATINA_ENTRY_RADIOSITY or PATINA_ENTRY_VIEW, traces up to `most` rays for each
+     * point, 0 to PATINA_MAX_RAYS; without it none. 0 = refused, and the shader fails with the reason. */
+    int32_t (*declare)(void *host, PatinaEntry entry, uint32_t most);
+    /* [any] In an entry point that has declared rays, by the thread that it was called in. All rays of a batch in one call
+     * cost the least. Rays that are not finite meet nothing, and are reported. */
+    PatinaStatus (*trace)(void *host, const PatinaRayIn *in, PatinaRayOut *out);
+} PatinaRays;
+
+/* ---- Extension: user attributes -------------------------------------------------------------------------------- */
+
+/* What a scene says of its objects in its own words: RI's Attribute "user" "float wetness" [0.3]. Points, vectors, normals
+ * and matrices come as they were given. */
+#define PATINA_EXTENSION_ATTRIBUTES "patina.attributes.1"
+
+typedef struct PatinaAttributes {
+    uint32_t struct_size;
+    uint32_t reserved;
+    /* [main] In `prepare` alone: the attribute as it was where the request binds the shader. 0 = there is none of this name
+     * that has this PatinaType and array length (0 = not an array), and `value` is as it was. Its memory lives until
+     * `release`. */
+    int32_t (*get)(void *host, const char *name, uint32_t type, uint32_t array_length, PatinaValue *value);
+    /* [main] In `prepare` alone: on every primitive that has the attribute, it takes the place of the shader's varying
+     * parameter `parameter`; a primitive variable of the parameter's name goes before. Type and array length have to be
+     * the parameter's, or int for a float. 0 = there is no such varying parameter. */
+    int32_t (*bind)(void *host, const char *name, const char *parameter);
+} PatinaAttributes;
 
 #ifdef __cplusplus
 }

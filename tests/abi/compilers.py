@@ -22,7 +22,7 @@ def main(source, cc, cxx):
     example = (source / "shaderapi/examples/dots.c").read_text(encoding="utf-8")
     sdk = sorted((source / "shaderapi/patina/sdk").glob("*.h"))
     shaders = [(f"shaders/{name}.cpp", (source / f"shaders/{name}.cpp").read_text(encoding="utf-8"))
-               for name in ("matte", "marble", "texturedmatte", "envlight")]
+               for name in ("matte", "marble", "texturedmatte", "envlight", "dirt")]
     # (what, language, text, the error that is expected)
     c = [("shader.h", HEADER, None), ("dots.c", example, None)]
     cases = [(f"{what} as {std}", std, text, error) for std in ("c11", "c17") for what, text, error in c]
@@ -46,7 +46,7 @@ def main(source, cc, cxx):
                 compiler = cxx_compiler if language == "c++" else c_compiler
                 file = pathlib.Path(folder, "unit.cpp" if language == "c++" else "unit.c")
                 file.write_text(text, encoding="utf-8")
-                command = [compiler, f"-std={std}", *FLAGS, "-I", str(source / "shaderapi"), str(file)]
+                command = [compiler, f"-std={std}", *FLAGS, "-I", str(source / "shaderapi"), "-I", str(source / "shaders"), str(file)]
                 result = subprocess.run(command, capture_output=True, text=True)
                 good = result.returncode == 0 if error is None else result.returncode != 0 and error in result.stderr
                 print(f"{pathlib.Path(compiler).name}: {what}{'' if error is None else ' is refused'}: "

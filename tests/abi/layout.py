@@ -22,6 +22,8 @@ import tempfile
 SEALED = {
     0: "7c1d3a5a1b71133e9067e7bd10327b8ba629319d067088bec369c538d9d098d3",
     1: "3babc1eb7881d935b99d5c21ff547e22fbf2b78c1ca63017bd91d6318628d322",
+    2: "268fd294556ddbf9312fed4585f4983d330aee0f5469175e189d3bdd6ec0d67d",
+    3: "399915de09962e266a11a4f7ce414c73ac1a23088e5db31d4c9010144653b8a3",
 }
 # Structs that come in arrays with a stride, and may grow without saying their size.
 STRIDED = {"PatinaValue"}

@@ -110,7 +110,19 @@ const Sheet kSheets[] = {
      {-1, 1, 0},
      {2, 0, 0},
      {0, -2, 0}},
-    {"of a polygon", "Polygon \"P\" [-1 -1 0  -1 1 0  1 1 0  1 -1 0]", {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+    {"of a polygon", "Polygon \"P\" [-1 -1 0  -1 1 0  1 1 0  1 -1 0]", {0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+    // s and t that run otherwise than u and v: turned by a right angle, and at any angle.
+    {"with turned s, t",
+     "Patch \"bilinear\" \"P\" [-1 1 0  1 1 0  -1 -1 0  1 -1 0] \"varying float[2] st\" [0 1  0 0  1 1  1 0]",
+     {1, 1, 0},
+     {0, -2, 0},
+     {-2, 0, 0}},
+    {"of triangles with s, t",
+     "PointsPolygons [3 3] [0 1 2 2 1 3] \"P\" [-1 1 0  1 1 0  -1 -1 0  1 -1 0] \"vertex float[2] st\" "
+     "[0.15 1.55  1.55 1.0833333  -0.55 -0.0833333  0.85 -0.55]",
+     {-0.35714286, -0.71428571, 0},
+     {1.25, 0.35714286, 0},
+     {-0.53571429, 1.07142857, 0}}};
 
 constexpr double kDepth = 0.2;
 double wave(double s, double t) { return 0.5 + 0.25 * std::sin(4 * kPi * s) * std::cos(2 * kPi * t); }
@@ -142,7 +154,7 @@ TEST_F(NormalMaps, BumpsBendNormalsByTheGradientOfTheirHeights) {
   }
 }
 
-TEST_F(NormalMaps, NormalsOfTheMapTurnAlongUAndV) {
+TEST_F(NormalMaps, NormalsOfTheMapTurnAlongSAndT) {
   const V3d n = unit(V3d(0.3, -0.2, 0.9));
   test::writeTiff32(folder_ + "/turned.tif", 8, 8, [&](int, int) {
     return std::array<float, 3>{float(0.5 + 0.5 * n.x), float(0.5 + 0.5 * n.y), float(0.5 + 0.5 * n.z)};

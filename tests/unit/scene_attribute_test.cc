@@ -148,6 +148,57 @@ TEST(Attributes, DicingByPixelsAndBySpace) {
           HasSubstr("GeometricApproximation \"motionfactor\" has no effect (once)")));
 }
 
+// ---- Attribute "user"
+// ---------------------------------------------------------------------------------------------------------
+
+TEST(UserAttributes, FollowBlocksAndAreStoredOnce) {
+  const Built built = buildClean(
+      "WorldBegin Attribute \"user\" \"float wet\" [0.5] \"string kind\" [\"oak\"] Sphere 1 -1 1 360 "
+      "AttributeBegin Attribute \"user\" \"int wet\" [2] \"color c\" [1 2 3] Sphere 1 -1 1 360 AttributeEnd "
+      "Attribute \"user\" \"string kind\" [\"oak\"] Sphere 1 -1 1 360 WorldEnd");
+  const UserAttributes& first = built.attributesOf(0).user;
+  ASSERT_NE(first.find("wet"), nullptr);
+  EXPECT_THAT(first.find("wet")->floats, ElementsAre(0.5f));
+  EXPECT_THAT(first.find("kind")->strings, ElementsAre("oak"));
+  EXPECT_EQ(first.find("c"), nullptr);
+  const UserAttributes& second = built.attributesOf(1).user;
+  EXPECT_THAT(second.find("wet")->ints, ElementsAre(2));
+  EXPECT_THAT(second.find("c")->floats, ElementsAre(1, 2, 3));
+  EXPECT_THAT(second.find("kind")->strings, ElementsAre("oak"));
+  EXPECT_EQ(built.world().primitives[0].attributes, built.world().primitives[2].attributes);
+  EXPECT_NE(built.world().primitives[0].attributes, built.world().primitives[1].attributes);
+}
+
+TEST(UserAttributes, WithWrongValuesOrTooManyAreReported) {
+  std::string many = "WorldBegin\nAttribute \"user\" \"float[2] a\" [1 2 3]\nAttribute \"user\"";
+  for (int k = 0; k < 258; ++k) many += " \"int n" + std::to_string(k) + "\" [1]";
+  const Built built = build(many + "\nAttribute \"user\" \"int n0\" [7] Sphere 1 -1 1 360 WorldEnd");
+  EXPECT_THAT(
+      built.messages,
+      ElementsAre(
+          HasSubstr("t.rib:2:18: warning: badparamlist: parameter \"a\" of Attribute \"user\" "
+                    "has 3 values, expected 2 (uniform float[2] a): left at its default"),
+          HasSubstr("t.rib:3:3748: error: limitcheck: Attribute \"user\" \"n256\": there are 256 others "
+                    "already"),
+          HasSubstr("t.rib:3:3763: error: limitcheck: Attribute \"user\" \"n257\": there are 256 others "
+                    "already")));
+  EXPECT_EQ(built.attributesOf(0).user.find("n257"), nullptr);
+  EXPECT_THAT(built.attributesOf(0).user.find("n0")->ints, ElementsAre(7));  // it is known already
+}
+
+TEST(UserAttributes, TellRequestsOfShadersApart) {
+  const Built built = buildClean(
+      "WorldBegin Surface \"matte\" Sphere 1 -1 1 360 Attribute \"user\" \"int k\" [1] Surface \"matte\" "
+      "Sphere 1 -1 1 360 Attribute \"user\" \"int k\" [2] Surface \"matte\" Sphere 1 -1 1 360 "
+      "Attribute \"user\" \"int k\" [1] Surface \"matte\" Sphere 1 -1 1 360 Surface \"matte\" \"Kd\" [0.5] "
+      "Sphere 1 -1 1 360 WorldEnd");
+  const auto& shaders = built.world().shaders;
+  ASSERT_THAT(shaders, SizeIs(4));
+  EXPECT_EQ(built.attributesOf(3).surface, built.attributesOf(1).surface);
+  for (size_t k = 0; k < 3; ++k) EXPECT_EQ(shaders[k].alike, 0u);
+  EXPECT_EQ(shaders[3].alike, 3u);
+}
+
 // ---- Lights
 // --------------------------------------------------------------------------------------------------------
 

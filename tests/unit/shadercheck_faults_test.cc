@@ -24,7 +24,7 @@ std::vector<std::string> faultsOf(const std::string& name, const CheckOptions& o
   if (!found.shader) return {};
   const Verdict verdict = checkShader(*found.shader, options);
   EXPECT_EQ(verdict.shader, name);
-  EXPECT_EQ(verdict.checks, 17);
+  EXPECT_EQ(verdict.checks, 18);
   std::vector<std::string> texts;
   for (const Fault& fault : verdict.faults) texts.push_back(toString(verdict.shader, fault));
   return texts;
@@ -99,6 +99,14 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"wrong_long_normals",
              "displacement writes normals that are not of unit length (defaults; lane 0: the length is "},
         Case{"wrong_late_texture", "radiosity called open_texture() outside of prepare (defaults) ["},
+        Case{"wrong_bright_air",
+             "atmosphere gives a transmittance outside of [0, 1] (defaults; segment 0 of"},
+        Case{"wrong_undeclared_rays", "radiosity traced rays where it has declared none (defaults) ["},
+        Case{"wrong_too_many_rays",
+             "radiosity traced more rays for a point than the 2 that it has declared (defaults) ["},
+        Case{"wrong_nan_rays", "radiosity traced a ray that is not finite or has no direction (defaults) ["},
+        Case{"wrong_rays_of_displacement",
+             "prepare declared rays of an entry point that may trace none (defaults) ["},
         Case{"wrong_default_out_of_range",
              "parameter table has the default 0.5 for \"Kd\", outside of its range [0, "
              "0.25] [parameter table]"},
@@ -110,11 +118,20 @@ TEST(ShaderCheck, FindsNothingWhereNothingIsWrong) {
   EXPECT_THAT(faultsOf("wrong_nothing"), IsEmpty());
   EXPECT_THAT(faultsOf("wrong_right_pdf"), IsEmpty());
   EXPECT_THAT(faultsOf("right_lobe"), IsEmpty());
+  EXPECT_THAT(faultsOf("wrong_right_rays"), IsEmpty());
 }
 
 TEST(ShaderCheck, StopsAShaderThatDoesNotReturn) {
-  EXPECT_THAT(faultsOf("wrong_hangs", {1}),
-              Contains(HasSubstr("radiosity did not return within 1 s (hostile inputs; defaults) [finite]")));
+  EXPECT_THAT(faultsOf("wrong_hangs", {.cpuSeconds = 2, .wallSeconds = 300}),
+              Contains(HasSubstr(
+                  "radiosity did not return within 2 s of CPU time (hostile inputs; defaults) [finite]")));
+}
+
+// A shader that waits takes no CPU time: the clock on the wall stops it. One second is far more than the
+// checks of this plugin take by themselves.
+TEST(ShaderCheck, StopsAShaderThatWaits) {
+  EXPECT_THAT(faultsOf("wrong_waits", {.cpuSeconds = 300, .wallSeconds = 2}),
+              Contains(HasSubstr("radiosity did not return within 2 s (hostile inputs; defaults) [finite]")));
 }
 
 // Allocators of sanitizers do not say how much they hold.

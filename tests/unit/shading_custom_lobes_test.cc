@@ -25,7 +25,7 @@ struct Seen {
     point.I = -V3f(std::sin(angle), 0, std::cos(angle));
     batch.points.Cs = batch.points.Os = batch.uniform({1, 1, 1});
     batch.points.N = batch.uniform({0, 0, 1});
-    batch.points.dPdu = batch.uniform({0.6f, 0.8f, 0});
+    batch.points.dPds = batch.uniform({0.6f, 0.8f, 0});
     batch.points.I = batch.uniform({point.I.x, point.I.y, point.I.z});
     PatinaRadiosityOut radiosity = batch.radiosityOut();
     if (shader.active(PATINA_ENTRY_RADIOSITY)) {

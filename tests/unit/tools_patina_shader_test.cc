@@ -31,14 +31,14 @@ const std::string kPlugins = PATINA_BINARY_DIR "/tests/plugins/";
 
 TEST(PatinaShader, ChecksShadersByNameAndFile) {
   const Outcome good = run("--check matte " + kPlugins + "wrong_nothing.so");
-  EXPECT_EQ(good.output, "matte: 17 checks, 0 faults\nwrong_nothing: 17 checks, 0 faults\n");
+  EXPECT_EQ(good.output, "matte: 18 checks, 0 faults\nwrong_nothing: 18 checks, 0 faults\n");
   EXPECT_EQ(good.status, 0);
 }
 
 TEST(PatinaShader, SaysWhatIsWrongAndFails) {
   const Outcome bad = run("--check " + kPlugins + "wrong_exceeds_bound.so");
   EXPECT_THAT(bad.output, HasSubstr("displacement moves P further than its displacement_bound"));
-  EXPECT_THAT(bad.output, HasSubstr("\nwrong_exceeds_bound: 17 checks, 1 fault\n"));
+  EXPECT_THAT(bad.output, HasSubstr("\nwrong_exceeds_bound: 18 checks, 1 fault\n"));
   EXPECT_EQ(bad.status, 1);
 }
 
@@ -48,7 +48,7 @@ TEST(PatinaShader, ChecksAsJson) {
   const auto report = nlohmann::json::parse(bad.output);
   ASSERT_EQ(report.size(), 1u);
   EXPECT_EQ(report[0]["shader"], "wrong_exceeds_bound");
-  EXPECT_EQ(report[0]["checks"], 17);
+  EXPECT_EQ(report[0]["checks"], 18);
   ASSERT_EQ(report[0]["faults"].size(), 1u);
   EXPECT_EQ(report[0]["faults"][0]["entry"], "displacement");
   EXPECT_EQ(report[0]["faults"][0]["check"], "displacement");
@@ -71,16 +71,17 @@ TEST(PatinaShader, ListsAsJson) {
 
 // Also those that do something for some parameters only: displace does nothing without a texture.
 TEST(PatinaShader, SaysWhatShadersCanBeBoundAs) {
-  const Outcome listed = run("--json --entries spotlight displace plastic");
+  const Outcome listed = run("--json --entries spotlight displace plastic fog");
   EXPECT_EQ(listed.status, 0);
   const auto all = nlohmann::json::parse(listed.output);
-  ASSERT_EQ(all.size(), 3u);
+  ASSERT_EQ(all.size(), 4u);
   EXPECT_EQ(all[0]["entries"], nlohmann::json({"light"}));
   EXPECT_EQ(all[0]["light"], nlohmann::json({"delta"}));
   EXPECT_EQ(all[0]["from_point"], true);
   EXPECT_EQ(all[1]["entries"], nlohmann::json({"displacement"}));
   EXPECT_EQ(all[1]["light"], nlohmann::json::array());
   EXPECT_EQ(all[2]["entries"], nlohmann::json({"radiosity", "view"}));
+  EXPECT_EQ(all[3]["entries"], nlohmann::json({"atmosphere"}));
 }
 
 TEST(PatinaShader, RefusesWrongUsage) {

@@ -76,6 +76,26 @@ TEST_F(ValidateShaders, NamesWhatIsWrongOnlyWhenAsked) {
   }
 }
 
+// Whether they are validated or not.
+TEST_F(ValidateShaders, RaysBeyondWhatIsDeclaredAreRefused) {
+  for (const auto& [request, says] :
+       {Wrong{"Surface \"wrong_too_many_rays\"",
+              "radiosity asks for more rays per point than it has declared"},
+        Wrong{"Surface \"wrong_undeclared_rays\"", "it traces rays where it has declared none"},
+        Wrong{"Surface \"wrong_rays_of_displacement\"",
+              "it declares 2 rays per point for an entry point that may trace none"}}) {
+    const Run plain = render(request, "");
+    EXPECT_EQ(plain.status, 1) << request;
+    EXPECT_THAT(plain.output, HasSubstr(says));
+    EXPECT_THAT(plain.output, HasSubstr("scene.rib:3:")) << "the request of the shader";
+  }
+  const Run strange = render("Surface \"wrong_nan_rays\"", "");
+  EXPECT_EQ(strange.status, 0) << strange.output;
+  EXPECT_THAT(strange.output, HasSubstr("asks for rays that are not finite or have no direction"));
+  const Run right = render("Surface \"wrong_right_rays\"", "--validate-shaders");
+  EXPECT_EQ(right.status, 0) << right.output;
+}
+
 TEST_F(ValidateShaders, GoodShadersPassAndThePictureIsTheSame) {
   for (const char* request :
        {"Surface \"wrong_nothing\" Displacement \"wrong_nothing\"",

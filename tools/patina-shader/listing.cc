@@ -108,6 +108,7 @@ void addUses(nlohmann::ordered_json& listing, const shadercheck::Uses& uses) {
   listing["entries"] = listing["light"] = nlohmann::ordered_json::array();
   for (uint32_t i = 0; i < std::size(kEntries); ++i)
     if (uses.active >> i & 1u) listing["entries"].push_back(kEntries[i]);
+  if (uses.atmosphere) listing["entries"].push_back("atmosphere");
   for (uint32_t i = 0; i < std::size(kKinds); ++i)
     if (uses.lightKinds >> i & 1u) listing["light"].push_back(kKinds[i]);
   listing["from_point"] = uses.fromPoint;

@@ -3,11 +3,11 @@
 #pragma once
 
 #include "lobes.h"
+#include "rays.h"
 
 namespace patina::sdk {
 
-// ---- Surfaces
-// --------------------------------------------------------------------------------------------------
+// ---- Surfaces -------------------------------------------------------------------------------------------
 
 /// Result of `radiosity`; see PatinaRadiosityOut.
 struct Radiosity {
@@ -71,8 +71,7 @@ struct DisplacedNormal {
   Vector P, N;
 };
 
-// ---- Textures
-// --------------------------------------------------------------------------------------------------
+// ---- Textures -------------------------------------------------------------------------------------------
 
 /// Result of `lookups` is a std::array of one of these: where texture i (that of `texture(i)`) is read for a
 /// point. A kernel that takes `const Texels<N>&` as its last argument gets what was found there. Those of a
@@ -91,8 +90,7 @@ struct Texel {
 template <size_t N>
 using Texels = std::array<Texel, N>;
 
-// ---- Lights
-// ----------------------------------------------------------------------------------------------------
+// ---- Lights ---------------------------------------------------------------------------------------------
 
 /// Asked of `sample`, `evaluate` and `emit`; see PatinaLightIn.
 struct LightQuery {
@@ -112,8 +110,7 @@ struct LightSample {
   float pdf = 0;
 };
 
-// ---- Loops
-// -----------------------------------------------------------------------------------------------------
+// ---- Loops ----------------------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -140,9 +137,12 @@ struct Instance {
   typename ParameterTable<S>::Struct parameters;
   const PatinaHost* host;
   std::array<uint32_t, PATINA_MAX_LOBES> ownTypes{};  // of the lobes of its own
+  const PatinaRays* rays = nullptr;                   // nullptr: the host has none
+  uint32_t rayCount = 0;                              // that are in use
 };
 
-// The signature of a kernel: the channels of its Surface argument, its result, how many texels it takes.
+// The signature of a kernel: the channels of its Surface argument, its result, how many texels and rays it
+// takes.
 template <class... Args>
 struct ChannelsOf {
   static constexpr uint64_t kValue = 0;
@@ -165,6 +165,23 @@ struct TexelsOf<Texels<N>, Rest...> {
 template <class First, class... Rest>
 struct TexelsOf<First, Rest...> : TexelsOf<Rest...> {};
 
+template <class... Args>
+struct RaysOf {
+  struct Met {
+    static constexpr size_t kRays = 0;
+  };
+};
+template <size_t N, class... Rest>
+struct RaysOf<Occluded<N>, Rest...> {
+  using Met = Occluded<N>;
+};
+template <size_t N, class... Rest>
+struct RaysOf<Distances<N>, Rest...> {
+  using Met = Distances<N>;
+};
+template <class First, class... Rest>
+struct RaysOf<First, Rest...> : RaysOf<Rest...> {};
+
 template <class F>
 struct Kernel;
 template <class R, class... Args>
@@ -172,6 +189,8 @@ struct Kernel<R (*)(Args...)> {
   using Result = R;
   static constexpr uint64_t kChannels = ChannelsOf<std::remove_cvref_t<Args>...>::kValue;
   static constexpr size_t kTexels = TexelsOf<std::remove_cvref_t<Args>...>::kValue;
+  using Met = typename RaysOf<std::remove_cvref_t<Args>...>::Met;
+  static constexpr size_t kRays = Met::kRays;
 };
 template <class R, class... Args>
 struct Kernel<R (*)(Args...) noexcept> : Kernel<R (*)(Args...)> {};
@@ -241,23 +260,53 @@ struct TexelBlock<S, 0> {
   PATINA_INLINE void load(const Instance<S>&, const ParameterBlock<S>&, const PatinaPoints&, uint32_t) {}
 };
 
-// Runs a surface kernel over one block: `call` is given parameters, surface [and texels], `set` the lane and
-// the result.
+// Traces the rays of a block, before the kernel that looks at them runs.
+template <class S, class Met, size_t N = Met::kRays>
+struct RayBlock {
+  using K = Kernel<decltype(&S::rays)>;
+  static_assert(std::tuple_size_v<typename K::Result> == N, "rays() and Occluded<> or Distances<> disagree");
+  RayLanes<Met, typename K::Result::value_type> lanes;
+
+  PATINA_INLINE void load(const Instance<S>& self, const ParameterBlock<S>& parameters,
+                          const PatinaPoints& in, uint32_t first) {
+    SurfaceBlock<K::kChannels> surface;
+    surface.load(in, first);
+    PATINA_VECTOR_LOOP
+    for (uint32_t lane = 0; lane < kLanes; ++lane)
+      lanes.set(lane, self.shader.rays(parameters.get(lane, self.parameters), surface.get(lane)));
+    lanes.trace(self.rays, self.host->host, first, std::min(kLanes, in.count - first), self.rayCount);
+  }
+  PATINA_INLINE Met get(uint32_t lane) const { return lanes.get(lane); }
+};
+template <class S, class Met>
+struct RayBlock<S, Met, 0> {
+  PATINA_INLINE void load(const Instance<S>&, const ParameterBlock<S>&, const PatinaPoints&, uint32_t) {}
+};
+
+// Runs a surface kernel over one block: `call` is given parameters, surface [, texels] [and what rays met],
+// `set` the lane and the result.
 template <class K, class S, class Call, class Set>
 PATINA_INLINE void runSurface(const Instance<S>& self, const PatinaPoints& in, uint32_t first,
                               const Call& call, const Set& set) {
   ParameterBlock<S> parameters;
   SurfaceBlock<K::kChannels> surface;
   TexelBlock<S, K::kTexels> texels;
+  RayBlock<S, typename K::Met> rays;
   parameters.load(in, first);
   surface.load(in, first);
   texels.load(self, parameters, in, first);
+  rays.load(self, parameters, in, first);
   PATINA_VECTOR_LOOP
   for (uint32_t lane = 0; lane < kLanes; ++lane) {
-    if constexpr (K::kTexels == 0)
+    if constexpr (K::kTexels == 0 && K::kRays == 0)
       set(lane, call(parameters.get(lane, self.parameters), surface.get(lane)));
-    else
+    else if constexpr (K::kRays == 0)
       set(lane, call(parameters.get(lane, self.parameters), surface.get(lane), texels.get(lane)));
+    else if constexpr (K::kTexels == 0)
+      set(lane, call(parameters.get(lane, self.parameters), surface.get(lane), rays.get(lane)));
+    else
+      set(lane,
+          call(parameters.get(lane, self.parameters), surface.get(lane), texels.get(lane), rays.get(lane)));
   }
 }
 

@@ -16,7 +16,8 @@ inline constexpr uint64_t kP = PATINA_CHANNEL_P, kN = PATINA_CHANNEL_N, kNg = PA
                           kDPdu = PATINA_CHANNEL_DPDU, kDPdv = PATINA_CHANNEL_DPDV, kUV = PATINA_CHANNEL_UV,
                           kST = PATINA_CHANNEL_ST, kFootprint = PATINA_CHANNEL_FOOTPRINT,
                           kCs = PATINA_CHANNEL_CS, kOs = PATINA_CHANNEL_OS, kI = PATINA_CHANNEL_I,
-                          kTime = PATINA_CHANNEL_TIME;
+                          kTime = PATINA_CHANNEL_TIME, kDPds = PATINA_CHANNEL_DPDS,
+                          kDPdt = PATINA_CHANNEL_DPDT;
 
 namespace detail {
 
@@ -34,6 +35,12 @@ struct HasDPdu {
 };
 struct HasDPdv {
   Vector dPdv;
+};
+struct HasDPds {
+  Vector dPds;
+};
+struct HasDPdt {
+  Vector dPdt;
 };
 struct HasUV {
   float u, v;
@@ -76,7 +83,9 @@ struct Surface : detail::If<Channels, kP, detail::HasP>,
                  detail::If<Channels, kCs, detail::HasCs>,
                  detail::If<Channels, kOs, detail::HasOs>,
                  detail::If<Channels, kI, detail::HasI>,
-                 detail::If<Channels, kTime, detail::HasTime> {
+                 detail::If<Channels, kTime, detail::HasTime>,
+                 detail::If<Channels, kDPds, detail::HasDPds>,
+                 detail::If<Channels, kDPdt, detail::HasDPdt> {
   static constexpr uint64_t kChannels = Channels;
 };
 
@@ -132,6 +141,8 @@ struct SurfaceBlock {
   If<C, kOs, Lanes3> Os;
   If<C, kI, Lanes3> I;
   If<C, kTime, Lanes> time;
+  If<C, kDPds, Lanes3> dPds;
+  If<C, kDPdt, Lanes3> dPdt;
 
   PATINA_INLINE void load(const PatinaPoints& in, uint32_t first) {
     if constexpr (C & kP) P.load(in.P, first);
@@ -147,6 +158,8 @@ struct SurfaceBlock {
     if constexpr (C & kOs) Os.load(in.Os, first);
     if constexpr (C & kI) I.load(in.I, first);
     if constexpr (C & kTime) time.load(in.time, first);
+    if constexpr (C & kDPds) dPds.load(in.dPds, first);
+    if constexpr (C & kDPdt) dPdt.load(in.dPdt, first);
   }
 
   PATINA_INLINE Surface<C> get(uint32_t i) const {
@@ -163,6 +176,8 @@ struct SurfaceBlock {
     if constexpr (C & kOs) at.Os = Os.color(i);
     if constexpr (C & kI) at.I = I.vector(i);
     if constexpr (C & kTime) at.time = time.v[i];
+    if constexpr (C & kDPds) at.dPds = dPds.vector(i);
+    if constexpr (C & kDPdt) at.dPdt = dPdt.vector(i);
     return at;
   }
 };

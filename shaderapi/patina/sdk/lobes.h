@@ -3,14 +3,12 @@
 //
 //   struct Velvet {
 //     static constexpr LobeInfo kLobe{"velvet", "one line of documentation"};
-//     float roughness = 0.3f;                         // what it knows of a point: floats, vectors and
-//     colours,
-//                                                     // PATINA_LOBE_DATA numbers at most; filled by `view`
+//     float roughness = 0.3f;      // what it knows of a point: floats, vectors and colours,
+//                                  // PATINA_LOBE_DATA numbers at most; filled by `view`
 //     Color eval(const Vector& wo, const Vector& wi) const;       // BSDF times |cosine of wi|, sr^-1
 //     float pdf(const Vector& wo, const Vector& wi) const;        // of sample(), sr^-1
 //     Vector sample(const Vector& wo, float x, float y) const;    // unit; Vector() = none; x, y in [0, 1)
-//     Vector tangent() const;                                     // optional: world space; x of the local
-//     frame
+//     Vector tangent() const;      // optional: world space; x of the local frame
 //   };
 //
 // Directions are unit vectors that point away from the surface, in the frame of the point: z is the shading

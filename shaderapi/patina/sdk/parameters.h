@@ -59,16 +59,32 @@ struct Description {
 
 struct NoParameters {};
 
+namespace detail {
+template <class P, class T>
+constexpr std::tuple<Parameter<P, T>> partOf(const Parameter<P, T>& one) {
+  return {one};
+}
+template <class... All>
+constexpr std::tuple<All...> partOf(const std::tuple<All...>& group) {
+  return group;
+}
 template <class P, class... T>
-constexpr Description<P, T...> describe(const char* name, const char* doc, Parameter<P, T>... parameters) {
-  return {name, doc, {parameters...}};
+constexpr Description<P, T...> describeAll(const char* name, const char* doc,
+                                           const std::tuple<Parameter<P, T>...>& all) {
+  return {name, doc, all};
+}
+}  // namespace detail
+
+/// Each part is a parameter, or a std::tuple of some, as shaders have in common (sdk/light_filters.h).
+template <class... Part>
+constexpr auto describe(const char* name, const char* doc, const Part&... parts) {
+  return detail::describeAll(name, doc, std::tuple_cat(detail::partOf(parts)...));
 }
 constexpr Description<NoParameters> describe(const char* name, const char* doc) { return {name, doc, {}}; }
 
 namespace detail {
 
-// ---- Types
-// -----------------------------------------------------------------------------------------------------
+// ---- Types ----------------------------------------------------------------------------------------------
 
 template <class T>
 struct TypeOf;
@@ -149,8 +165,25 @@ PATINA_INLINE const PatinaValue& valueAt(const PatinaValue* values, uint32_t str
                                                size_t(index) * stride);
 }
 
-// ---- The ABI's table
-// -------------------------------------------------------------------------------------------
+// A uniform value into a variable of its type.
+template <class T>
+void readUniform(const PatinaValue& value, T& to) {
+  if constexpr (kIsFloats<T>)
+    gather(to, 0, [&](uint32_t c) { return value.floats[c * value.plane]; });
+  else if constexpr (TypeOf<T>::kArrayLength != 0)
+    for (size_t k = 0; k < to.size(); ++k) {
+      if constexpr (TypeOf<typename T::value_type>::kId == PATINA_INT)
+        to[k] = value.ints[k];
+      else
+        to[k] = value.strings[k];
+    }
+  else if constexpr (TypeOf<T>::kId == PATINA_INT)
+    to = value.ints[0];
+  else
+    to = value.strings[0];
+}
+
+// ---- The ABI's table ------------------------------------------------------------------------------------
 
 // Everything about the parameters of shader class S that is known at compile time.
 template <class S>
@@ -243,22 +276,7 @@ struct ParameterTable {
   static Struct read(const PatinaValue* values, uint32_t stride) {
     Struct result{};
     each([&](auto i, const auto& parameter) {
-      using T = Type<i>;
-      const PatinaValue& value = valueAt(values, stride, i);
-      auto& member = result.*(parameter.member);
-      if constexpr (kIsFloats<T>)
-        gather(member, 0, [&](uint32_t c) { return value.floats[c * value.plane]; });
-      else if constexpr (TypeOf<T>::kArrayLength != 0)
-        for (size_t k = 0; k < member.size(); ++k) {
-          if constexpr (TypeOf<T>::kId == PATINA_INT)
-            member[k] = value.ints[k];
-          else
-            member[k] = value.strings[k];
-        }
-      else if constexpr (TypeOf<T>::kId == PATINA_INT)
-        member = value.ints[0];
-      else
-        member = value.strings[0];
+      readUniform(valueAt(values, stride, i), result.*(parameter.member));
     });
     return result;
   }

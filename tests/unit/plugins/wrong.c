@@ -4,6 +4,9 @@
 #include <math.h>
 #include <patina/shader.h>
 #include <stdlib.h>
+#if defined(WAITS)
+#include <unistd.h>
+#endif
 
 static const float kKd = 0.5f;
 #if defined(DEFAULT_OUT_OF_RANGE)
@@ -17,21 +20,56 @@ static const PatinaParameter kParameters[] = {{sizeof(PatinaParameter), PATINA_F
 
 #define INSTANCE_FLOATS 1024
 #if defined(WRONG_PDF) || defined(WRONG_SAMPLES) || defined(RIGHT_PDF) || defined(NO_FALL_OFF) || \
-    defined(LONG_DIRECTIONS) || defined(NEGATIVE_LIGHT) || defined(EVALUATES_OTHERWISE) || \
+    defined(LONG_DIRECTIONS) || defined(NEGATIVE_LIGHT) || defined(EVALUATES_OTHERWISE) ||        \
     defined(LIGHT_READS_NEIGHBOURS) || defined(RANDOM_DELTA)
 #define IS_LIGHT 1
 #else
 #define IS_LIGHT 0
 #endif
 
+#if defined(RIGHT_RAYS) || defined(UNDECLARED_RAYS) || defined(TOO_MANY_RAYS) || defined(NAN_RAYS) || \
+    defined(RAYS_OF_DISPLACEMENT)
+#define HAS_RAYS 1
+#else
+#define HAS_RAYS 0
+#endif
+
 #if defined(LATE_TEXTURE)
 static const PatinaHost* gHost;
+#endif
+
+#if HAS_RAYS
+static const PatinaRays* raysOf(const PatinaHost* host) {
+  return (const PatinaRays*)host->extension(host->host, PATINA_EXTENSION_RAYS);
+}
+#endif
+
+#if defined(BRIGHT_AIR)
+static PatinaStatus air(void* instance, const PatinaAtmosphereIn* in, PatinaAtmosphereOut* out) {
+  (void)instance;
+  for (uint32_t i = 0; i < in->count; ++i) out->transmittance.y[i] = 1.5f;
+  return PATINA_OK;
+}
 #endif
 
 static PatinaStatus prepare(const PatinaPrepare* in, void** instance, PatinaTraits* traits) {
   (void)in;
 #if defined(LATE_TEXTURE)
   gHost = in->host;
+#endif
+#if defined(BRIGHT_AIR)
+  const PatinaAtmospheres* airs =
+      (const PatinaAtmospheres*)in->host->extension(in->host->host, PATINA_EXTENSION_ATMOSPHERE);
+  if (airs) airs->set(in->host->host, air);
+#endif
+#if HAS_RAYS
+  const PatinaRays* rays = raysOf(in->host);
+  if (!rays) return PATINA_ERROR_RESOURCE;
+#if defined(RAYS_OF_DISPLACEMENT)
+  rays->declare(in->host->host, PATINA_ENTRY_DISPLACEMENT, 2);
+#elif !defined(UNDECLARED_RAYS)
+  rays->declare(in->host->host, PATINA_ENTRY_RADIOSITY, 2);
+#endif
 #endif
   traits->active = 1u << PATINA_ENTRY_RADIOSITY | 1u << PATINA_ENTRY_DISPLACEMENT;
   traits->reads[PATINA_ENTRY_RADIOSITY] = PATINA_CHANNEL_CS | PATINA_CHANNEL_OS | PATINA_CHANNEL_FOOTPRINT;
@@ -55,6 +93,9 @@ static PatinaStatus prepare(const PatinaPrepare* in, void** instance, PatinaTrai
   traits->active |= 1u << PATINA_ENTRY_VIEW;
 #endif
   *instance = calloc(INSTANCE_FLOATS, sizeof(float));
+#if HAS_RAYS
+  if (*instance) *(const PatinaHost**)*instance = in->host;
+#endif
   return *instance ? PATINA_OK : PATINA_ERROR_RESOURCE;
 }
 
@@ -115,6 +156,9 @@ static float reflected(const PatinaPoints* in, uint32_t i, float* instance) {
 #elif defined(HANGS)
   while (at(in->footprint, i) > 1e12f && *(volatile float*)instance == 0) continue;
   return color;
+#elif defined(WAITS)
+  if (at(in->footprint, i) > 1e12f) sleep(1000);
+  return color;
 #elif defined(EXITS)
   if (at(in->footprint, i) > 1e12f) exit(3);
   return color;
@@ -122,6 +166,37 @@ static float reflected(const PatinaPoints* in, uint32_t i, float* instance) {
   return color;
 #endif
 }
+
+#if HAS_RAYS
+#if defined(TOO_MANY_RAYS)
+#define RAYS 3
+#else
+#define RAYS 2
+#endif
+/* By how much each of two lanes' surroundings are open, upwards and downwards. */
+static void lookAround(void* instance, const PatinaPoints* in, uint32_t first, float* open) {
+  const PatinaHost* host = *(const PatinaHost**)instance;
+  float direction[2 * RAYS], distance[2 * RAYS], occluded[2 * RAYS];
+  uint32_t lane[2 * RAYS];
+  const float zero = 0, maximum = 5;
+  const uint32_t points = in->count - first < 2 ? 1 : 2;
+  PatinaRayIn rays = {sizeof(PatinaRayIn),
+                      points * RAYS,
+                      lane,
+                      {{NULL, 0, 0}, {NULL, 0, 0}, {NULL, 0, 0}},
+                      {{&zero, 0, 0}, {&zero, 0, 0}, {direction, 1, 0}},
+                      {&maximum, 0, 0}};
+  PatinaRayOut met = {sizeof(PatinaRayOut), 0, distance, occluded};
+  for (uint32_t k = 0; k < rays.count; ++k) lane[k] = first + k / RAYS, direction[k] = k % 2 ? -1.0f : 1.0f;
+#if defined(NAN_RAYS)
+  direction[0] = sqrtf(-1 - maximum);
+#endif
+  open[0] = open[1] = 1;
+  if (raysOf(host)->trace(host->host, &rays, &met) != PATINA_OK) return;
+  for (uint32_t k = 0; k < rays.count; ++k)
+    if (occluded[k] != 0) open[k / RAYS] *= distance[k] / maximum;
+}
+#endif
 
 static PatinaStatus radiosity(void* instance, const PatinaPoints* in, PatinaRadiosityOut* out) {
   const PatinaValue* kd = in->values;
@@ -133,11 +208,18 @@ static PatinaStatus radiosity(void* instance, const PatinaPoints* in, PatinaRadi
   volatile float* scratch = instance;
   for (uint32_t i = 0; i < in->count; ++i) scratch[i] = at(in->Cs.x, i);
 #endif
+#if HAS_RAYS
+  float open[2] = {1, 1};
+#endif
   for (uint32_t i = 0; i < in->count; ++i) {
     const float weight = kd->floats[i * kd->stride], opacity = at(in->Os.x, i);
     out->reflectance.x[i] = weight * opacity * reflected(in, i, instance);
     out->reflectance.y[i] = weight * at(in->Os.y, i) * at(in->Cs.y, i);
     out->reflectance.z[i] = weight * at(in->Os.z, i) * at(in->Cs.z, i);
+#if HAS_RAYS
+    if (i % 2 == 0) lookAround(instance, in, i, open);
+    out->reflectance.z[i] *= open[i % 2];
+#endif
     out->opacity.x[i] = opacity;
     out->opacity.y[i] = at(in->Os.y, i);
     out->opacity.z[i] = at(in->Os.z, i);
