@@ -4,27 +4,24 @@
 #include <patina/sdk/cells.h>
 #include <patina/sdk/fractals.h>
 
+#include "polished.h"
+
 using namespace patina::sdk;
 
 namespace {
 
 struct Granite {
-  struct Parameters {
-    float Ka = 1, Kd = 0.8f, Ks = 0.2f, roughness = 0.1f;
+  struct Parameters : patina::shaders::PolishParameters {
+    constexpr Parameters() : PolishParameters(0.2f, 0.1f) {}
     float frequency = 12, quartz = 0.3f, mica = 0.2f, variation = 0.35f;
     Color feldsparcolor{0.72f, 0.5f, 0.42f}, quartzcolor{0.6f, 0.58f, 0.55f}, micacolor{0.06f, 0.06f, 0.07f};
-    Color specularcolor = 1;
   };
   static constexpr auto kInfo = describe(
       "granite",
       "Polished granite, in shader space: Ci = Os * (Cs * C * (Ka * ambient() + Kd * diffuse(N)) + "
       "specularcolor "
       "* Ks * specular(N, V, roughness)), where C is constant in each crystal",
-      uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
-      uniform("Kd", &Parameters::Kd, "weight of diffuse reflection", kUnitRange),
-      uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
-      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 8 / roughness",
-              {1e-4, 10}),
+      patina::shaders::polishParameters<Parameters>(),
       uniform("frequency", &Parameters::frequency, "crystals in one unit of shader space", {0, 1e6}),
       uniform("quartz", &Parameters::quartz, "share of crystals of quartz", kUnitRange),
       uniform("mica", &Parameters::mica, "share of crystals of mica; the rest is feldspar", kUnitRange),
@@ -32,8 +29,7 @@ struct Granite {
               "how much darker than their mineral the darkest crystals are", kUnitRange),
       uniform("feldsparcolor", &Parameters::feldsparcolor, "colour of feldspar", kUnitRange),
       uniform("quartzcolor", &Parameters::quartzcolor, "colour of quartz", kUnitRange),
-      uniform("micacolor", &Parameters::micacolor, "colour of mica", kUnitRange),
-      uniform("specularcolor", &Parameters::specularcolor, "colour of highlights", kUnitRange));
+      uniform("micacolor", &Parameters::micacolor, "colour of mica", kUnitRange));
   static constexpr uint64_t kTraits = PATINA_TRAIT_OPACITY_IS_OS;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {

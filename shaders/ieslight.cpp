@@ -12,14 +12,12 @@ using namespace patina::sdk;
 namespace {
 
 struct IesLight {
-  struct Parameters {
+  struct Parameters : FilterParameters {
     float intensity = 1;
-    Color lightcolor = 1, shadowcolor = 0;
+    Color lightcolor = 1;
     Point from{0, 0, 0}, to{0, 0, 1};
     const char* profile = "";
     int32_t normalize = 1;
-    float rampbegin = 0, rampend = 0;
-    Color rampbegincolor = 1, rampendcolor = 0;
   };
   static constexpr auto kInfo = describe(
       "ieslight",
@@ -40,13 +38,7 @@ struct IesLight {
           "1 = the profile is 1 where it is brightest; 0 = it is candela, and the light's irradiance at a "
           "distance of 1 so many, if intensity is 1",
           {0, 1}),
-      uniform("shadowcolor", &Parameters::shadowcolor,
-              "share of the light that gets into its shadows; the renderer sees to it", kUnitRange),
-      uniform("rampbegin", &Parameters::rampbegin,
-              "where a ramp over the distance begins, which the light is multiplied by", kPositive),
-      uniform("rampend", &Parameters::rampend, "where it ends, world units; 0 = no ramp", kPositive),
-      uniform("rampbegincolor", &Parameters::rampbegincolor, "the factor up to rampbegin", kPositive),
-      uniform("rampendcolor", &Parameters::rampendcolor, "the factor from rampend on", kPositive));
+      filterParameters<Parameters>());
   static constexpr uint64_t kTraits = 0;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
@@ -55,7 +47,7 @@ struct IesLight {
     if (!aimed) context.report(PATINA_REPORT_WARNING, 1, "from and to are the same point: no light");
     axis_ = normalize(axis);
     setFrame(context.shaderToWorld());
-    ramp_ = {p.rampbegin, p.rampend, p.rampbegincolor, p.rampendcolor};
+    ramp_ = DistanceRamp(p);
     float flux = 4 * kPi;
     if (*p.profile) {
       try {

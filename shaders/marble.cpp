@@ -4,35 +4,31 @@
 #include <patina/sdk/filter.h>
 #include <patina/sdk/fractals.h>
 
+#include "polished.h"
+
 using namespace patina::sdk;
 
 namespace {
 
 struct Marble {
-  struct Parameters {
-    float Ka = 1, Kd = 0.8f, Ks = 0.3f, roughness = 0.08f;
+  struct Parameters : patina::shaders::PolishParameters {
+    constexpr Parameters() : PolishParameters(0.3f, 0.08f) {}
     float frequency = 1, distortion = 0.6f, veining = 0.14f;
     Color basecolor{0.86f, 0.84f, 0.8f}, cloudcolor{0.62f, 0.63f, 0.66f}, veincolor{0.16f, 0.17f, 0.2f};
-    Color specularcolor = 1;
   };
   static constexpr auto kInfo = describe(
       "marble",
       "Polished marble, in shader space: Ci = Os * (Cs * C * (Ka * ambient() + Kd * diffuse(N)) + "
       "specularcolor * "
       "Ks * specular(N, V, roughness)), where C is basecolor with clouds and veins",
-      uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
-      uniform("Kd", &Parameters::Kd, "weight of diffuse reflection", kUnitRange),
-      uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
-      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 8 / roughness",
-              {1e-4, 10}),
+      patina::shaders::polishParameters<Parameters>(),
       uniform("frequency", &Parameters::frequency, "of the largest clouds, in one unit of shader space",
               {0, 1e6}),
       uniform("distortion", &Parameters::distortion, "how far veins are bent, in clouds", {0, 10}),
       uniform("veining", &Parameters::veining, "how broad veins are; 0 = there are none", kUnitRange),
       uniform("basecolor", &Parameters::basecolor, "colour of the stone", kUnitRange),
       uniform("cloudcolor", &Parameters::cloudcolor, "colour of its clouds", kUnitRange),
-      uniform("veincolor", &Parameters::veincolor, "colour of its veins", kUnitRange),
-      uniform("specularcolor", &Parameters::specularcolor, "colour of highlights", kUnitRange));
+      uniform("veincolor", &Parameters::veincolor, "colour of its veins", kUnitRange));
   static constexpr uint64_t kTraits = PATINA_TRAIT_OPACITY_IS_OS;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {

@@ -8,29 +8,20 @@ using namespace patina::sdk;
 namespace {
 
 struct PointLight {
-  struct Parameters {
+  struct Parameters : FilterParameters {
     float intensity = 1;
-    Color lightcolor = 1, shadowcolor = 0;
+    Color lightcolor = 1;
     Point from{0, 0, 0};
-    float rampbegin = 0, rampend = 0;
-    Color rampbegincolor = 1, rampendcolor = 0;
   };
   static constexpr auto kInfo = describe(
       "pointlight", "Point light: Cl = intensity * lightcolor / (L.L) (* ramp)",
       uniform("intensity", &Parameters::intensity, "scale of lightcolor; Cl at a distance of 1", kPositive),
       uniform("lightcolor", &Parameters::lightcolor, "colour of the light", kPositive),
-      uniform("from", &Parameters::from, "position of the light"),
-      uniform("shadowcolor", &Parameters::shadowcolor,
-              "share of the light that gets into its shadows; the renderer sees to it", kUnitRange),
-      uniform("rampbegin", &Parameters::rampbegin,
-              "where a ramp over the distance begins, which the light is multiplied by", kPositive),
-      uniform("rampend", &Parameters::rampend, "where it ends, world units; 0 = no ramp", kPositive),
-      uniform("rampbegincolor", &Parameters::rampbegincolor, "the factor up to rampbegin", kPositive),
-      uniform("rampendcolor", &Parameters::rampendcolor, "the factor from rampend on", kPositive));
+      uniform("from", &Parameters::from, "position of the light"), filterParameters<Parameters>());
   static constexpr uint64_t kTraits = 0;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
-    const DistanceRamp ramp = rampOf(p);
+    const DistanceRamp ramp(p);
     context.lightPower(p.intensity * p.lightcolor * ramp.most() * (4 * kPi));
     if (!ramp.filters()) context.lightFrom(p.from);
     return PATINA_OK;
@@ -43,13 +34,8 @@ struct PointLight {
     LightSample out;
     out.distance = sqrt(square);
     out.direction = lit ? L / out.distance : Vector(0, 0, 1);
-    out.radiance = p.lightcolor * rampOf(p)(out.distance) * (lit ? p.intensity / square : 0.0f);
+    out.radiance = p.lightcolor * DistanceRamp(p)(out.distance) * (lit ? p.intensity / square : 0.0f);
     return out;
-  }
-
- private:
-  PATINA_INLINE static DistanceRamp rampOf(const Parameters& p) {
-    return {p.rampbegin, p.rampend, p.rampbegincolor, p.rampendcolor};
   }
 };
 

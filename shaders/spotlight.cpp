@@ -9,15 +9,13 @@ namespace {
 
 struct SpotLight {
   static constexpr Range kDoor{-1.6, 1.6};
-  struct Parameters {
+  struct Parameters : FilterParameters {
     float intensity = 1;
-    Color lightcolor = 1, shadowcolor = 0;
+    Color lightcolor = 1;
     Point from{0, 0, 0}, to{0, 0, 1};
     float coneangle = radians(30), conedeltaangle = radians(5), beamdistribution = 2;
     const char* texturename = "";
     float doorleft = kPi / 2, doorright = kPi / 2, doortop = kPi / 2, doorbottom = kPi / 2, doorsoftness = 0;
-    float rampbegin = 0, rampend = 0;
-    Color rampbegincolor = 1, rampendcolor = 0;
   };
   static constexpr auto kInfo = describe(
       "spotlight",
@@ -34,8 +32,6 @@ struct SpotLight {
               {0, 3.2}, "radian"),
       uniform("beamdistribution", &Parameters::beamdistribution, "exponent of the fall-off from the axis",
               {0, 1e4}),
-      uniform("shadowcolor", &Parameters::shadowcolor,
-              "share of the light that gets into its shadows; the renderer sees to it", kUnitRange),
       uniform("texturename", &Parameters::texturename,
               "slide that the light shines through, as wide as the cone, y of shader space up; \"\" = none"),
       uniform("doorleft", &Parameters::doorleft,
@@ -46,11 +42,7 @@ struct SpotLight {
       uniform("doorbottom", &Parameters::doorbottom, "the same on the side of -y", kDoor, "radian"),
       uniform("doorsoftness", &Parameters::doorsoftness, "width of the doors' soft edges, inside of them",
               {0, 1.6}, "radian"),
-      uniform("rampbegin", &Parameters::rampbegin,
-              "where a ramp over the distance begins, which the light is multiplied by", kPositive),
-      uniform("rampend", &Parameters::rampend, "where it ends, world units; 0 = no ramp", kPositive),
-      uniform("rampbegincolor", &Parameters::rampbegincolor, "the factor up to rampbegin", kPositive),
-      uniform("rampendcolor", &Parameters::rampendcolor, "the factor from rampend on", kPositive));
+      filterParameters<Parameters>());
   static constexpr uint64_t kTraits = 0;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
@@ -69,7 +61,7 @@ struct SpotLight {
       doors_ |= doors[k] < 1.5707f;
       outer_[k] = tangent(doors[k]), inner_[k] = tangent(doors[k] - p.doorsoftness);
     }
-    ramp_ = {p.rampbegin, p.rampend, p.rampbegincolor, p.rampendcolor};
+    ramp_ = DistanceRamp(p);
     context.lightPower(p.intensity * p.lightcolor * ramp_.most() * (aimed ? 2 * kPi * (1 - edge_) : 0));
     if (!ramp_.filters()) context.lightFrom(p.from, axis_, p.coneangle);
     return PATINA_OK;

@@ -5,15 +5,17 @@
 #include <patina/sdk/filter.h>
 #include <patina/sdk/fractals.h>
 
+#include "polished.h"
+
 using namespace patina::sdk;
 
 namespace {
 
 struct Wood {
-  struct Parameters {
-    float Ka = 1, Kd = 0.8f, Ks = 0.15f, roughness = 0.2f;
+  struct Parameters : patina::shaders::PolishParameters {
+    constexpr Parameters() : PolishParameters(0.15f, 0.2f) {}
     float frequency = 8, distortion = 0.6f, grain = 0.35f;
-    Color lightcolor{0.7f, 0.41f, 0.18f}, darkcolor{0.34f, 0.15f, 0.05f}, specularcolor = 1;
+    Color lightcolor{0.7f, 0.41f, 0.18f}, darkcolor{0.34f, 0.15f, 0.05f};
   };
   static constexpr auto kInfo = describe(
       "wood",
@@ -21,17 +23,12 @@ struct Wood {
       "diffuse(N)) + specularcolor * Ks * specular(N, V, roughness)), where C goes from lightcolor to "
       "darkcolor "
       "within each annual ring",
-      uniform("Ka", &Parameters::Ka, "weight of ambient lights", kUnitRange),
-      uniform("Kd", &Parameters::Kd, "weight of diffuse reflection", kUnitRange),
-      uniform("Ks", &Parameters::Ks, "weight of highlights", kUnitRange),
-      uniform("roughness", &Parameters::roughness, "size of highlights: the exponent is 8 / roughness",
-              {1e-4, 10}),
+      patina::shaders::polishParameters<Parameters>(),
       uniform("frequency", &Parameters::frequency, "annual rings in one unit of shader space", {0, 1e6}),
       uniform("distortion", &Parameters::distortion, "how far rings stray from circles, in rings", {0, 10}),
       uniform("grain", &Parameters::grain, "how dark the darkest fibres are", kUnitRange),
       uniform("lightcolor", &Parameters::lightcolor, "of wood that grew in spring", kUnitRange),
-      uniform("darkcolor", &Parameters::darkcolor, "of wood that grew in late summer", kUnitRange),
-      uniform("specularcolor", &Parameters::specularcolor, "colour of highlights", kUnitRange));
+      uniform("darkcolor", &Parameters::darkcolor, "of wood that grew in late summer", kUnitRange));
   static constexpr uint64_t kTraits = PATINA_TRAIT_OPACITY_IS_OS;
 
   PatinaStatus prepare(const Parameters& p, Prepare& context) {
