@@ -52,13 +52,14 @@ PixelRect cropPixels(int width, int height, const std::array<float, 4>& crop) {
 
 void PixelMoments::add(float value) {
   count += 1;
-  const float delta = value - mean;
+  const double delta = static_cast<double>(value) - mean;
   mean += delta / count;
-  sumSquares += delta * (value - mean);
+  sumSquares += delta * (static_cast<double>(value) - mean);
 }
 
 float PixelMoments::meanVariance() const {
-  return count < 2 ? std::numeric_limits<float>::infinity() : sumSquares / (count * (count - 1));
+  return count < 2 ? std::numeric_limits<float>::infinity()
+                   : static_cast<float>(sumSquares / (count * (count - 1)));
 }
 
 // ---- FilmTile
@@ -103,7 +104,7 @@ void FilmTile::settle() {
     const int px = std::clamp(static_cast<int>(std::floor(x)), samplePixels_.x0, samplePixels_.x1 - 1);
     const int py = std::clamp(static_cast<int>(std::floor(y)), samplePixels_.y0, samplePixels_.y1 - 1);
     splat(static_cast<double>(x), static_cast<double>(y), std::span(kept_).subspan(k + 2, combine_.size()),
-          1 / static_cast<double>(moments(px, py).count));
+          1 / moments(px, py).count);
   }
   kept_ = {};
 }
@@ -116,7 +117,7 @@ int FilmTile::keepWanting(float bound, float white) {
   const PixelRect& all = samplePixels_;
   const auto isAbove = [&](int x, int y) {
     const PixelMoments& m = moments(x, y);
-    const float times = std::max(1.f, m.mean / white);
+    const float times = std::max(1.f, static_cast<float>(m.mean) / white);
     return m.meanVariance() > bound * times * times;
   };
   std::vector<std::uint8_t> still(area(all));
@@ -354,6 +355,19 @@ std::unique_ptr<Film> Film::preview(std::span<const FilmTile* const> tiles) cons
       settled.settle();
       film->add(settled);
     }
+  }
+  return film;
+}
+
+std::unique_ptr<Film> Film::snapshot() const {
+  auto film = std::make_unique<Film>(settings_);
+  const std::lock_guard lock(mutex_);
+  film->sums_ = sums_, film->moments_ = moments_, film->states_ = states_;
+  film->mergedTiles_ = mergedTiles_, film->samples_ = samples_, film->refused_ = refused_;
+  for (std::size_t k = 0; k < waiting_.size(); ++k) {
+    if (!waiting_[k]) continue;
+    film->add(*waiting_[k]);
+    film->states_[k] = TileState::Merged, ++film->mergedTiles_;
   }
   return film;
 }

@@ -63,11 +63,12 @@ struct FilmSettings {
   int adaptiveFrom = 0;
 };
 
-// Running mean and spread of one pixel's own, unfiltered samples (Welford).
+// Running mean and spread of one pixel's own, unfiltered samples (Welford). Doubles: floats stop counting at
+// 2^24 samples, after which a mean drifts to the last of them.
 struct PixelMoments {
-  float count = 0;
-  float mean = 0;
-  float sumSquares = 0;  // of deviations from the mean
+  double count = 0;
+  double mean = 0;
+  double sumSquares = 0;  // of deviations from the mean
 
   void add(float value);
   // Estimated variance of the mean of the samples; infinite below two samples.
@@ -148,6 +149,9 @@ class Film {
   // The picture that finishing these tiles now would make, which may be given more samples after it: tiles of
   // this film, each once, in any order. [while no other thread changes them]
   std::unique_ptr<Film> preview(std::span<const FilmTile* const> tiles) const;
+  // What is finished by now, while others go on finishing tiles: with those merged that wait for neighbours.
+  // [any thread]
+  std::unique_ptr<Film> snapshot() const;
   // Everything that tiles have been finished with, to the bit: a film of the same settings that restores it
   // goes on as this one would. restore() is for a film without tiles, and refuses what no such film can have
   // saved, also values that are not finite: the film is of no use then. [while no other thread changes them]
@@ -198,7 +202,7 @@ class Film {
   std::vector<float> sums_;  // per pixel: the channels' sums (least value for nearest), then the weight
   std::vector<PixelMoments> moments_;
 
-  std::mutex mutex_;  // guards what follows, sums_ and moments_
+  mutable std::mutex mutex_;  // guards what follows, sums_ and moments_
   std::vector<TileState> states_;
   std::vector<std::unique_ptr<FilmTile>> waiting_;
   int mergedTiles_ = 0;

@@ -272,11 +272,75 @@ TEST(Film, MomentsOfAPixel) {
   FilmTile tile = film.begin(film.tileCount() / 2 + 3);
   const int x = tile.samplePixels().x0, y = tile.samplePixels().y0;
   for (const float v : {1.f, 2.f, 3.f, 4.f}) tile.addSample(x + 0.5, y + 0.5, std::array{v, v, v, 1.f, 1.f});
-  EXPECT_FLOAT_EQ(tile.moments(x, y).mean, 2.5f);
+  EXPECT_DOUBLE_EQ(tile.moments(x, y).mean, 2.5);
   EXPECT_EQ(tile.moments(x + 1, y).meanVariance(), std::numeric_limits<float>::infinity());
   film.finish(std::move(tile));
   film.flush();
   EXPECT_NEAR(film.meanVariance(x, y), 5.0 / 12, 1e-5);
+}
+
+// Sums hold over more samples than a float can count. Samples are 0.5 and 1.5 by turns, a thousandth of them
+// 1001: a mean of 2 and a variance of 0.25 * 0.999 + 0.999 * 0.001 * 1000^2, all in exact terms of the sum of
+// values and of squares.
+TEST(Film, SumsHoldOverManySamples) {
+  const auto valueOf = [](int k) { return k % 1000 == 999 ? 1001.f : k % 2 == 0 ? 0.5f : 1.5f; };
+  double mean = 0, squares = 0;
+  for (int k = 0; k < 1000; ++k) mean += static_cast<double>(valueOf(k)) / 1000;
+  for (int k = 0; k < 1000; ++k) squares += std::pow(static_cast<double>(valueOf(k)) - mean, 2) / 1000;
+  constexpr int kMany = 200'000'000;
+  PixelMoments moments;
+  for (int k = 0; k < kMany; ++k) moments.add(valueOf(k % 1000));
+  EXPECT_NEAR(moments.mean, mean, 1e-9 * mean);
+  EXPECT_NEAR(static_cast<double>(moments.meanVariance()) * kMany, squares, 1e-6 * squares);
+
+  // The same through a tile, and what its pixel becomes.
+  constexpr int kSamples = 40'000'000;
+  FilmSettings settings;
+  settings.width = settings.height = 1;
+  settings.filter = {Kind::Box, 1, 1};
+  settings.channels = {{"r"}, {"g"}, {"b"}};
+  settings.variance = true;
+  Film film(settings);
+  FilmTile tile = film.begin(0);
+  for (int k = 0; k < kSamples; ++k) {
+    const float v = valueOf(k % 1000);
+    tile.addSample(0.5, 0.5, std::array{v, v, v});
+  }
+  film.finish(std::move(tile));
+  EXPECT_EQ(film.sampleCount(), static_cast<std::uint64_t>(kSamples));
+  EXPECT_NEAR(static_cast<double>(film.value(0, 0, 0)), mean, 1e-6 * mean);
+  EXPECT_NEAR(static_cast<double>(film.meanVariance(0, 0)) * kSamples, squares, 1e-5 * squares);
+}
+
+// What is finished so far, with tiles that wait for their neighbours, and later tiles change nothing of it.
+TEST(Film, ASnapshotHoldsWhatIsFinished) {
+  const FilmSettings settings = small(Kind::Gaussian, 4, 3);
+  Film film(settings), other(settings);
+  const int count = film.tileCount();
+  for (int k = 0; k < count; ++k) {
+    if (k % 3 == 0) continue;  // which others wait for
+    for (Film* of : {&film, &other}) {
+      FilmTile tile = of->begin(k);
+      renderTile(tile);
+      of->finish(std::move(tile));
+    }
+  }
+  const std::unique_ptr<Film> snapshot = film.snapshot();
+  EXPECT_GT(snapshot->sampleCount(), film.sampleCount()) << "some wait";
+  FilmTile first = film.begin(0);
+  renderTile(first);
+  film.finish(std::move(first));
+  other.flush();
+  EXPECT_EQ(snapshot->sampleCount(), other.sampleCount());
+  int seen = 0;
+  for (int y = 0; y < settings.height; ++y)
+    for (int x = 0; x < settings.width; ++x)
+      for (int c = 0; c < film.channelCount(); ++c) {
+        const float a = snapshot->value(x, y, c), b = other.value(x, y, c);
+        EXPECT_NEAR(a, b, 1e-5f * std::max(1.f, std::abs(b)));
+        seen += b > 0 ? 1 : 0;
+      }
+  EXPECT_GT(seen, 1000);
 }
 
 // Pixels of other numbers of samples: what is repeated 32 times weighs as much as if it came once, under a
