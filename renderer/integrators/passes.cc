@@ -179,7 +179,7 @@ void goOn(FilmTile& tile, const SamplePlan& plan, const World& world, const Inte
 }  // namespace
 
 void renderPasses(Film& film, const World& world, const Integrator& integrator, const SamplePlan& plan,
-                  bool progressive) {
+                  bool progressive, RenderWatch& watch) {
   const RenderSettings& settings = world.settings();
   const std::vector<SampleRange> passes = passesOf(plan.least, progressive);
   const int count = film.tileCount();
@@ -247,6 +247,7 @@ void renderPasses(Film& film, const World& world, const Integrator& integrator, 
     if (world.interrupted()) break;
     if (!isLast) showing.offer(open);
   }
+  watch.bucketsEnded();
   keeping.keep(open);
   // After an interruption tiles are still open, or wait for their neighbours.
   for (FilmTile& tile : cut) film.finish(std::move(tile));

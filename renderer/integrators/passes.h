@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "renderer/integrators/integrator.h"
+#include "renderer/integrators/render_watch.h"
 
 namespace patina {
 
@@ -30,8 +31,8 @@ std::vector<SampleRange> passesOf(int samplesPerPixel, bool progressive);
 /// them (FilmTile::keepWanting). What a pixel stops at depends on its samples, so that means are a little
 /// biased. An interruption leaves what is there. With RenderSettings::resume buckets go on where they were;
 /// throws std::runtime_error if that does not fit the film. What is kept for that is whole buckets: those
-/// that an interruption cuts short are made anew. [main]
+/// that an interruption cuts short are made anew. `watch` is told when the last bucket has ended. [main]
 void renderPasses(Film& film, const World& world, const Integrator& integrator, const SamplePlan& plan,
-                  bool progressive);
+                  bool progressive, RenderWatch& watch);
 
 }  // namespace patina

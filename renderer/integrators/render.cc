@@ -75,6 +75,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
   std::unique_ptr<Film> film;
   try {
     film = std::make_unique<Film>(filmWanted);
+    RenderWatch watch(settings, *film);
     World world(scene, settings, errors);
     world.settle(film->pixels(), mode != "direct");
     const auto integrator = makeIntegrator(world, mode);
@@ -88,7 +89,7 @@ std::unique_ptr<Film> renderFrame(const Scene& scene, const RenderSettings& sett
                                 (film->openBytes() >> 30) + 1, kMostOpenBytes >> 30));
       progressive = false;
     }
-    renderPasses(*film, world, *integrator, plan, progressive);
+    renderPasses(*film, world, *integrator, plan, progressive, watch);
     integrator->finish();
     world.summarize(errors);
     world.geometry().reportMemory();

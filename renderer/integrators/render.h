@@ -9,6 +9,7 @@
 
 #include "renderer/film/film.h"
 #include "renderer/scene/scene.h"
+#include "rib/error.h"
 
 namespace patina {
 
@@ -48,6 +49,18 @@ struct RenderSettings {
   /// same bits as if one call had made it all. nullptr: all is made anew.
   ByteReader* resume = nullptr;
   std::function<bool()> interrupted;  ///< true = stop after the buckets in work; the film holds what is there
+
+  /// A render that cannot be ended in order, as a thread is in a call that does not return.
+  struct Abandoned {
+    std::string why;
+    Location where;    ///< a request in the RIB; no file: none
+    const Film* film;  ///< the buckets that are finished; nullptr: none is
+  };
+  /// Ends the process, after it has saved what it wants: called when an entry point of a shader has not
+  /// returned for `shaderSeconds` (0: however long it takes), and when what is in work goes on for
+  /// `graceSeconds` after an interruption. Not set: nobody watches. [a thread of its own]
+  std::function<void(const Abandoned&)> abandon;
+  double shaderSeconds = 0, graceSeconds = 10;
 };
 
 /// Renders `scene` and returns its film, or nullptr when nothing could be rendered (which has been reported).

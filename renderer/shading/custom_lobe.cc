@@ -55,7 +55,7 @@ CustomLobe::Value CustomLobe::evaluate(const At& at, const V3f& wi) const {
   Arguments arguments(at);
   arguments.in.wi = one(wi);
   Outputs outputs;
-  const PatinaStatus status = table_->evaluate(shader_->data(), &arguments.in, &outputs.out);
+  const PatinaStatus status = shader_->lobe("evaluate", table_->evaluate, arguments.in, outputs.out);
   const Value value{{outputs.planes[0][0], outputs.planes[1][0], outputs.planes[2][0]}, outputs.planes[3][0]};
   // Rounding below zero is no fault, as at the horizon.
   const auto good = [](float x) { return x > -1e-6f && x < 1e18f; };
@@ -71,7 +71,7 @@ bool CustomLobe::sample(const At& at, const V2f& random, V3f& wi) const {
   Arguments arguments(at);
   arguments.in.random_x = one(random.x), arguments.in.random_y = one(random.y);
   Outputs outputs;
-  const PatinaStatus status = table_->sample(shader_->data(), &arguments.in, &outputs.out);
+  const PatinaStatus status = shader_->lobe("sample", table_->sample, arguments.in, outputs.out);
   wi = {outputs.planes[4][0], outputs.planes[5][0], outputs.planes[6][0]};
   const float square = wi.length2();
   if (status == PATINA_OK && square == 0) return false;

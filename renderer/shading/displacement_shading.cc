@@ -77,13 +77,18 @@ bool DisplacementShading::displace(const Vertices& vertices) const {
   Statistics& statistics = *statistics_[vertices.attributes.displacement];
   ++statistics.calls;
   statistics.points += static_cast<int64_t>(n);
+  const auto place = [&](size_t i) {
+    return fmt::format("({}, {}, {}), (u, v) = ({}, {}) of face {} of the primitive at {}", vertices.P[i].x,
+                       vertices.P[i].y, vertices.P[i].z, vertices.uv[i].x, vertices.uv[i].y, vertices.face,
+                       toString(vertices.primitive.where));
+  };
+  const auto firstPlace = [&] { return place(0); };
+  const CallPlace called(firstPlace);
   if (shader.displacement(in, result) != PATINA_OK) return false;
-  if (validatesShaders())
-    validateDisplacement(shader, in, result, vertices.P, vertices.N, [&](size_t i) {
-      return fmt::format("({}, {}, {}), (u, v) = ({}, {}) of face {} of the primitive at {}", vertices.P[i].x,
-                         vertices.P[i].y, vertices.P[i].z, vertices.uv[i].x, vertices.uv[i].y, vertices.face,
-                         toString(vertices.primitive.where));
-    });
+  if (validatesShaders()) {
+    reportDamage(shader, "displacement", planes, place);
+    validateDisplacement(shader, in, result, vertices.P, vertices.N, place);
+  }
   uint64_t bad = 0;
   size_t first = 0;
   for (size_t i = 0; i < n; ++i) {
@@ -104,13 +109,9 @@ bool DisplacementShading::displace(const Vertices& vertices) const {
   }
   if (bad > 0)
     shader.fault(ShaderHost::kBadDisplacement, bad, vertices.P[first], [&] {
-      return fmt::format(
-          "moved vertices to where nothing is (not finite, or beyond 1e15), or gave normals without a "
-          "direction; "
-          "those are left as they were. The first is at ({}, {}, {}), (u, v) = ({}, {}) of face {} of the "
-          "primitive at {}",
-          vertices.P[first].x, vertices.P[first].y, vertices.P[first].z, vertices.uv[first].x,
-          vertices.uv[first].y, vertices.face, toString(vertices.primitive.where));
+      return "moved vertices to where nothing is (not finite, or beyond 1e15), or gave normals without a "
+             "direction; those are left as they were. The first is at " +
+             place(first);
     });
   return result.writes_normal != 0;
 }

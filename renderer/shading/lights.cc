@@ -160,18 +160,27 @@ LightBounds Lights::bounds(uint32_t index) const {
   return bounds;
 }
 
-PatinaStatus Lights::call(const Entry& light, const PatinaLightIn& in, PatinaLightOut& out) const {
+PatinaStatus Lights::call(const Entry& light, const PatinaLightIn& in, Planes& planes,
+                          PatinaLightOut& out) const {
   ++light.statistics->calls;
   light.statistics->points += in.count;
+  const auto place = [&] {
+    const auto at = [](const PatinaPlane& plane) { return plane.data ? plane.data[0] : 0; };
+    return fmt::format("({}, {}, {})", at(in.P.x), at(in.P.y), at(in.P.z));
+  };
+  const CallPlace called(place);
   const PatinaStatus status = light.shader->light(in, out);
-  if (status == PATINA_OK && light.statistics->validation) light.statistics->validation->check(in, out);
+  if (light.statistics->validation) {
+    reportDamage(*light.shader, "light", planes, [&](size_t) { return place(); });
+    if (status == PATINA_OK) light.statistics->validation->check(in, out);
+  }
   return status;
 }
 
 namespace {
 
 PatinaLightIn makeIn(const ShaderInstance& shader, Planes& planes, size_t n, PatinaLightTask task) {
-  planes.begin(n);
+  planes.begin(n, validatesShaders());
   PatinaLightIn in{};
   in.struct_size = sizeof(in);
   in.count = static_cast<uint32_t>(n);
@@ -231,7 +240,7 @@ void Lights::sample(uint32_t index, std::span<const V3f> points, std::span<const
       in.v = planes.fill(n, [&](size_t i) { return chosen[i].v; });
       PatinaLightOut result = makeOut(planes);
       Checked checked(light);
-      if (call(light, in, result) == PATINA_OK)
+      if (call(light, in, planes, result) == PATINA_OK)
         for (size_t i = 0; i < n; ++i)
           o[i].radiance = checked.color(at(result.radiance, i) * light.scale, chosen[i].P);
     } else {
@@ -241,7 +250,7 @@ void Lights::sample(uint32_t index, std::span<const V3f> points, std::span<const
       in.random_y = planes.fill(n, [&](size_t i) { return r[i].y; });
       PatinaLightOut result = makeOut(planes);
       Checked checked(light);
-      if (call(light, in, result) != PATINA_OK) continue;
+      if (call(light, in, planes, result) != PATINA_OK) continue;
       for (size_t i = 0; i < n; ++i) {
         LightSample& s = o[i];
         s.direction = checked.color(at(result.direction, i), p[i]);
@@ -274,7 +283,7 @@ void Lights::ambient(uint32_t index, std::span<const V3f> points, std::span<Rgb>
     in.random_x = in.random_y = planes.uniform(0.5f);
     PatinaLightOut result = makeOut(planes);
     Checked checked(light);
-    if (call(light, in, result) == PATINA_OK)
+    if (call(light, in, planes, result) == PATINA_OK)
       for (size_t i = 0; i < n; ++i) out[base + i] = checked.color(at(result.radiance, i), points[base + i]);
   }
 }
@@ -294,7 +303,7 @@ void Lights::evaluate(uint32_t index, std::span<const V3f> points, std::span<con
     in.direction = planes.fill3(n, [&](size_t i) { return directions[base + i]; });
     PatinaLightOut result = makeOut(planes);
     Checked checked(light);
-    if (call(light, in, result) != PATINA_OK) continue;
+    if (call(light, in, planes, result) != PATINA_OK) continue;
     for (size_t i = 0; i < n; ++i) {
       radiance[base + i] = checked.color(at(result.radiance, i), points[base + i]);
       pdf[base + i] = checked.density(result.pdf[i], points[base + i]);
@@ -315,7 +324,7 @@ Rgb Lights::emitted(uint32_t index, const ShadingPoint& point, const V3f& direct
   in.v = planes.fill(1, [&](size_t) { return uv.y; });
   PatinaLightOut result = makeOut(planes);
   Checked checked(light);
-  if (call(light, in, result) != PATINA_OK) return {0, 0, 0};
+  if (call(light, in, planes, result) != PATINA_OK) return {0, 0, 0};
   return checked.color(at(result.radiance, 0) * light.scale, point.P);
 }
 

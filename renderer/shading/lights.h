@@ -12,6 +12,8 @@
 
 namespace patina {
 
+class Planes;
+
 /// Light from one direction. A surface with BRDF f receives f * radiance * cos / pdf.
 struct LightSample {
   V3f direction{0, 0, 1};  ///< unit, towards the light
@@ -78,7 +80,7 @@ class Lights {
     std::unique_ptr<Emitters> emitters;
     std::unique_ptr<Statistics> statistics;
   };
-  PatinaStatus call(const Entry& light, const PatinaLightIn& in, PatinaLightOut& out) const;
+  PatinaStatus call(const Entry& light, const PatinaLightIn& in, Planes& planes, PatinaLightOut& out) const;
 
   std::vector<Entry> lights_;
   std::vector<uint32_t> infinite_;

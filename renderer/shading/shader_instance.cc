@@ -20,8 +20,19 @@
 namespace patina {
 namespace {
 
-constexpr uint64_t kAllChannels = (PATINA_CHANNEL_DPDT << 1) - 1;
 STAT_COUNTER("Shaders/instances", instances);
+
+constexpr uint64_t kAllChannels = (PATINA_CHANNEL_DPDT << 1) - 1;
+constexpr int32_t kFailed = -600;  // the code of a message, less two for each of these
+constexpr std::string_view kCalls[] = {"displacement", "light",    "radiosity", "view",
+                                       "atmosphere",   "evaluate", "sample",    "release"};
+constexpr std::string_view kReasons[] = {"", "a parameter makes no sense", "something it needs is not there",
+                                         "internal error"};
+std::string reasonOf(PatinaStatus status) {
+  return fmt::format(
+      "status {} ({})", status,
+      status > 0 && status < int(std::size(kReasons)) ? kReasons[status] : "not a known status");
+}
 constexpr uint32_t kAllEntries = (1u << PATINA_ENTRIES) - 1;
 
 void store(const M44d& matrix, float out[16]) {
@@ -233,7 +244,24 @@ ShaderInstance::ShaderInstance(const PatinaShader& shader, const ShaderBinding& 
 }
 
 ShaderInstance::~ShaderInstance() {
-  if (prepared_ && shader_.release) shader_.release(data_);
+  if (!prepared_ || !shader_.release) return;
+  run("release", [&] {
+    shader_.release(data_);
+    return PATINA_OK;
+  });
+}
+
+void ShaderInstance::reportFailure(const char* entry, PatinaStatus status, const char* thrown) const {
+  const CallPlace* const place = CallPlace::current();
+  const std::string at = place ? ". The first is at " + place->text() : "";
+  const auto call = std::find(std::begin(kCalls), std::end(kCalls), entry) - std::begin(kCalls);
+  const int32_t code = kFailed - 2 * static_cast<int32_t>(call) - (thrown ? 1 : 0);
+  host_.report(name(), where_, PATINA_REPORT_ERROR, code,
+               thrown
+                   ? fmt::format("{} threw an exception: {}; what it was called for counts as not shaded{}",
+                                 entry, thrown, at)
+                   : fmt::format("{} failed with {}; what it was called for counts as not shaded{}", entry,
+                                 reasonOf(status), at));
 }
 
 void ShaderInstance::setDefaults() {
@@ -285,15 +313,22 @@ bool ShaderInstance::prepare(ErrorHandler& errors) {
   traits_ = {};
   traits_.struct_size = sizeof traits_;
 
-  const PatinaStatus status = shader_.prepare(&in, &data_, &traits_);
-  prepared_ = status == PATINA_OK || data_ != nullptr;
-  static constexpr std::string_view kReasons[] = {"", "a parameter makes no sense",
-                                                  "something it needs is not there", "internal error"};
+  PatinaStatus status = PATINA_ERROR_INTERNAL;
   std::string fault;
-  if (status != PATINA_OK)
-    fault = fmt::format(
-        "prepare failed with status {} ({})", status,
-        status > 0 && status < int(std::size(kReasons)) ? kReasons[status] : "not a known status");
+  try {
+    std::optional<WatchedCall> watched;
+    if (watchesShaders()) watched.emplace(*this, "prepare");
+    status = shader_.prepare(&in, &data_, &traits_);
+  } catch (const std::exception& thrown) {
+    fault = fmt::format("prepare threw an exception: {}", thrown.what());
+  } catch (...) {
+    fault = "prepare threw an exception";
+  }
+  prepared_ = status == PATINA_OK || data_ != nullptr;
+  if (!fault.empty())
+    ;  // it threw
+  else if (status != PATINA_OK)
+    fault = "prepare failed with " + reasonOf(status);
   else if (!refusal_.empty())
     fault = refusal_;
   else

@@ -5,7 +5,9 @@
 
 #include <array>
 #include <deque>
+#include <exception>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,6 +17,7 @@
 #include "renderer/scene/scene.h"
 #include "renderer/shading/custom_lobe.h"
 #include "renderer/shading/shader_host.h"
+#include "renderer/shading/shader_watch.h"
 
 namespace patina {
 
@@ -54,23 +57,25 @@ class ShaderInstance {
   std::span<const PatinaValue> values() const { return values_; }
   std::span<const VaryingParameter> varyingParameters() const { return varying_; }
 
+  // The entry points. What a plugin throws goes no further: it is a status, and a message as every status but
+  // PATINA_OK is.
   PatinaStatus displacement(const PatinaPoints& in, PatinaDisplacementOut& out) const {
-    return shader_.displacement(data_, &in, &out);
+    return run("displacement", [&] { return shader_.displacement(data_, &in, &out); });
   }
   PatinaStatus light(const PatinaLightIn& in, PatinaLightOut& out) const {
-    return shader_.light(data_, &in, &out);
+    return run("light", [&] { return shader_.light(data_, &in, &out); });
   }
   PatinaStatus radiosity(const PatinaPoints& in, PatinaRadiosityOut& out) const {
-    return shader_.radiosity(data_, &in, &out);
+    return run("radiosity", [&] { return shader_.radiosity(data_, &in, &out); });
   }
   PatinaStatus view(const PatinaPoints& in, PatinaViewOut& out) const {
-    return shader_.view(data_, &in, &out);
+    return run("view", [&] { return shader_.view(data_, &in, &out); });
   }
 
   /// Of a shader for Atmosphere: see PATINA_EXTENSION_ATMOSPHERE.
   bool hasAtmosphere() const { return atmosphere_ != nullptr; }
   PatinaStatus atmosphere(const PatinaAtmosphereIn& in, PatinaAtmosphereOut& out) const {
-    return atmosphere_(data_, &in, &out);
+    return run("atmosphere", [&] { return atmosphere_(data_, &in, &out); });
   }
   /// The lobe that `view` calls `type`, one of its own; nullptr = there is none.
   const CustomLobe* customLobe(uint32_t type) const {
@@ -86,8 +91,11 @@ class ShaderInstance {
   bool readsUserAttributes() const { return readsUserAttributes_; }
   /// Some parameter is to take its value from user attributes of primitives.
   bool bindsUserAttributes() const { return bindsUserAttributes_; }
-  /// What `prepare` wrote, for the functions of custom lobes.
-  void* data() const { return data_; }
+  /// Calls a function of one of its lobes, of which `entry` is the name, with what `prepare` wrote.
+  template <class Function, class In, class Out>
+  PatinaStatus lobe(const char* entry, Function function, const In& in, Out& out) const {
+    return run(entry, [&] { return function(data_, &in, &out); });
+  }
 
   /// Counts points whose results cannot be used: see ShaderHost::fault(). [any thread]
   void fault(ShaderHost::Fault fault, uint64_t points, const V3f& at,
@@ -102,6 +110,26 @@ class ShaderInstance {
   ShaderInstance(const PatinaShader& shader, const ShaderBinding& binding, ShaderHost& host);
 
   struct Services;
+
+  /// Calls a function of the plugin: watched over, where somebody watches, and with what it throws caught.
+  template <class Call>
+  PatinaStatus run(const char* entry, const Call& call) const {
+    try {
+      std::optional<WatchedCall> watched;
+      if (watchesShaders()) watched.emplace(*this, entry);
+      const PatinaStatus status = call();
+      if (status != PATINA_OK) [[unlikely]]
+        reportFailure(entry, status, nullptr);
+      return status;
+    } catch (const std::exception& thrown) {
+      reportFailure(entry, PATINA_ERROR_INTERNAL, thrown.what());
+    } catch (...) {
+      reportFailure(entry, PATINA_ERROR_INTERNAL, "which is no std::exception");
+    }
+    return PATINA_ERROR_INTERNAL;
+  }
+  /// Counts a call that failed, or threw what says `thrown`. [any thread]
+  void reportFailure(const char* entry, PatinaStatus status, const char* thrown) const;
 
   void setDefaults();
   void finishValues();

@@ -41,7 +41,8 @@ enum Kind : int32_t {
   kLobe,
   kBound,
   kUndeclared = -200,  // minus the entry point
-  kAlone = -300
+  kAlone = -300,
+  kDamage = -350
 };
 
 constexpr const char* kEntries[] = {"displacement", "light", "radiosity", "view"};
@@ -231,6 +232,17 @@ void callAgain(const ShaderInstance& shader, PatinaEntry entry, const PatinaPoin
 }
 
 }  // namespace
+
+void reportDamage(const ShaderInstance& shader, const char* entry, Planes& planes, const LanePlace& place) {
+  const Planes::Damage damage = planes.takeDamage();
+  if (!damage.plane) return;
+  fault(shader, kDamage,
+        damage.index < 0
+            ? fmt::format("{} writes {} floats before the beginning of a plane. The first point is at {}",
+                          entry, -damage.index, place(0))
+            : fmt::format("{} writes behind the end of a plane: to index {} of {}. The first point is at {}",
+                          entry, damage.index, damage.size, place(0)));
+}
 
 void validateRadiosity(const ShaderInstance& shader, const PatinaPoints& in, const PatinaRadiosityOut& out,
                        const LanePlace& place) {

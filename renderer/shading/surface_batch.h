@@ -8,6 +8,7 @@
 #include "renderer/geometry/surface.h"
 #include "renderer/shading/planes.h"
 #include "renderer/shading/shader_instance.h"
+#include "renderer/shading/shader_validation.h"
 
 namespace patina {
 
@@ -40,7 +41,7 @@ class SurfaceBatch {
   /// Begins a batch of n points, to be filled by the caller.
   std::vector<BatchPoint>& begin(size_t n) {
     points_.resize(n);
-    planes_.begin(n);
+    planes_.begin(n, validatesShaders());
     return points_;
   }
   /// What entry points of `shader` that read the channels `reads` get of the points. `I` is left out. Valid

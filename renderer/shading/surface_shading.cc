@@ -286,6 +286,8 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
   const auto mayTrace = [&](std::optional<RayCall>& call, PatinaEntry entry) {
     if (shader.raysOf(entry) > 0) call.emplace(shader, entry, in.count, shader.accel(), facetOf);
   };
+  const auto firstPlace = [&] { return placeOnSurface(point(0)); };
+  const CallPlace called(firstPlace);
   if (radiosity) {
     Repaired repaired;
     PatinaRadiosityOut result{};
@@ -299,6 +301,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
     mayTrace(rays, PATINA_ENTRY_RADIOSITY);
     const PatinaStatus status = shader.radiosity(in, result);
     if (rays) *statistics.radiosityRays += rays->traced();
+    if (validatesShaders()) reportDamage(shader, "radiosity", planes, place);
     if (status == PATINA_OK) {
       if (validatesShaders()) validateRadiosity(shader, in, result, place);
       for (size_t i = 0; i < n; ++i) {
@@ -343,6 +346,7 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
     mayTrace(rays, PATINA_ENTRY_VIEW);
     const PatinaStatus status = shader.view(in, result);
     if (rays) *statistics.viewRays += rays->traced();
+    if (validatesShaders()) reportDamage(shader, "view", planes, place);
     if (status == PATINA_OK) {
       if (validatesShaders()) validateView(shader, in, result, place);
       for (size_t i = 0; i < n; ++i) {
@@ -385,13 +389,17 @@ void SurfaceShading::shadeBatch(uint32_t shaderIndex, std::span<const ShadingPoi
   }
 }
 
-/// Where a point is, for messages: in the world, and the patch.
-std::string SurfaceShading::placeOf(const ShadingPoint& p) const {
+/// Where a point is, for messages: in the world, and on its primitive.
+std::string SurfaceShading::placeOnSurface(const ShadingPoint& p) const {
   const Placement& placement = geometry_.placements()[p.placement];
+  return fmt::format("({}, {}, {}), (u, v) = ({}, {}) of face {} of the primitive at {}", p.P.x, p.P.y, p.P.z,
+                     p.u, p.v, p.face, toString(geometry_.traced()[placement.traced].primitive->where));
+}
+
+/// ... and the patch.
+std::string SurfaceShading::placeOf(const ShadingPoint& p) const {
   const Patch& patch = geometry_.patches()[geometry_.patches().find(p.placement, p.face, p.u, p.v)];
-  std::string text =
-      fmt::format("({}, {}, {}), (u, v) = ({}, {}) of face {} of the primitive at {}", p.P.x, p.P.y, p.P.z,
-                  p.u, p.v, p.face, toString(geometry_.traced()[placement.traced].primitive->where));
+  std::string text = placeOnSurface(p);
   const V2f end = patch.toFace(V2f(1, 1));
   text += patch.group > 0
               ? ", in a patch of many faces"

@@ -56,6 +56,7 @@ class SurfaceShading {
   enum class OpacityKind : uint8_t { Opaque, Transparent, IsOs, Shaded };
   void shadeBatch(uint32_t shader, std::span<const ShadingPoint> points, std::span<const uint32_t> which,
                   ShadingParts parts, ShadedPoints& out) const;
+  std::string placeOnSurface(const ShadingPoint& p) const;
   std::string placeOf(const ShadingPoint& p) const;
   void orient(ShadingPoint& point) const;
 

@@ -120,7 +120,12 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       "of the command line, write below the output's folder (-o, or the working folder), and bring "
       "no shaders, programs or colour configurations");
   app.add_flag("--validate-shaders", line.validateShaders,
-               "Check what shaders give while rendering: energy, traits, bounds, channels, one point alone");
+               "Check what shaders give while rendering: energy, traits, bounds, channels, one point alone, "
+               "what they write to");
+  app.add_option(
+         "--shader-seconds", render.shaderSeconds,
+         "End the render, with what is there written, when a call of a shader takes longer; 0 = never")
+      ->check(CLI::Range(0.0, 1e6));
   app.add_flag("--requests", line.requests, "Print what becomes of each request, as Markdown, and exit");
   app.add_flag("--strict", line.strict, "Render nothing if the RIB has an error");
   app.add_flag("--check", line.check, "Read and check only");

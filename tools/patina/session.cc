@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -249,9 +250,12 @@ void Session::renderWorld(Scene& scene) {
         settings.checkpoint = [&](const std::function<void(ByteWriter&)>& save) { checkpoint_.write(save); };
       settings.interrupted = interrupted;
       // What cannot be written on the way is not tried again before the end.
+      std::atomic<bool> isShown{false};
       settings.show = [&](const Film& picture) {
+        isShown = true;
         if (writable) writable = writeDisplays(scene, picture, false);
       };
+      settings.abandon = [&](const RenderSettings::Abandoned& render) { giveUp(scene, render, isShown); };
       film = renderFrame(scene, settings, errors_);
       if (film && !interrupted()) progress.update(1);
     }
@@ -270,6 +274,25 @@ void Session::renderWorld(Scene& scene) {
   reportStatistics(scene);
   resetStatistics();
   reading_.emplace("Reading RIB");
+}
+
+void Session::giveUp(const Scene& scene, const RenderSettings::Abandoned& render, bool isShown) {
+  errors_.report(Severity::Severe, RiError::System, render.where, render.why);
+  // Pictures that were shown on the way are whole, which what is finished of the last pass is not.
+  bool isWritten = isShown;
+  if (!isShown && render.film)
+    for (const OutputSettings& output : outputSettings(scene))
+      isWritten |= !writeImage(*render.film, output, errors_).empty();
+  errors_.summarize();
+  fmt::print(stderr, "patina: the render is given up: {}\n",
+             isShown     ? "the picture is as it was shown last"
+             : isWritten ? "the buckets that were finished have been written"
+                         : "nothing was finished, and nothing has been written");
+  if (checkpoint_.isWritten())
+    fmt::print(stderr, "patina: the checkpoint is as it was written last, if it was: {}\n",
+               checkpoint_.path());
+  std::fflush(nullptr);
+  std::_Exit(1);
 }
 
 bool Session::writeDisplays(const Scene& scene, const Film& film, bool isLast) {

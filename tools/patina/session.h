@@ -31,6 +31,8 @@ class Session {
   /// Whether an earlier run has made and written this world's pictures, or can be gone on with no more.
   bool isSettled(const Scene& scene);
   void sayHowToGoOn(double fraction) const;
+  /// Ends the process: the render cannot be ended. `isShown`: pictures have been written on the way.
+  [[noreturn]] void giveUp(const Scene& scene, const RenderSettings::Abandoned& render, bool isShown);
   /// Whether all could be written. `isLast`: paths are printed.
   bool writeDisplays(const Scene& scene, const Film& film, bool isLast);
   void reportStatistics(const Scene& scene);
