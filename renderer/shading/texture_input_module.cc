@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 namespace patina::textures {
@@ -163,6 +164,29 @@ std::string sizeProblem(const std::string& path, const ImageSpec& spec) {
     return "it says that it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
            " pixels, which its " + std::to_string(static_cast<uint64_t>(bytes)) + " bytes cannot hold";
   return {};
+}
+
+std::string endProblem(ImageInput& file) {
+  constexpr double kMostValues = 1 << 26;  // of a tile
+  if (std::string_view(file.format_name()) != "tiff") return {};
+  const ImageSpec spec = file.spec();
+  std::vector<float> values;
+  bool isRead = true;
+  if (spec.tile_width > 0) {
+    if (static_cast<double>(spec.tile_width) * spec.tile_height * spec.tile_depth * spec.nchannels >
+        kMostValues)
+      return "its tiles are too large";
+    values.resize(static_cast<size_t>(spec.tile_pixels()) * static_cast<size_t>(spec.nchannels));
+    const int x = spec.x + (spec.width - 1) / spec.tile_width * spec.tile_width,
+              y = spec.y + (spec.height - 1) / spec.tile_height * spec.tile_height;
+    isRead = file.read_tile(x, y, spec.z, TypeDesc::FLOAT, values.data());
+  } else {
+    values.resize(static_cast<size_t>(spec.width) * static_cast<size_t>(spec.nchannels));
+    isRead = file.read_scanlines(0, 0, spec.y + spec.height - 1, spec.y + spec.height, spec.z, 0,
+                                 spec.nchannels, TypeDesc::FLOAT, values.data());
+  }
+  const std::string reason = file.geterror();  // warnings, too
+  return isRead ? "" : "it ends before its pixels do: " + reason;
 }
 
 }  // namespace patina::textures

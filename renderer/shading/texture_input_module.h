@@ -25,4 +25,9 @@ OIIO::ImageSpec converterConfig(const ColorConversion& conversion);
 /// have smaller bounds.
 std::string sizeProblem(const std::string& path, const OIIO::ImageSpec& spec);
 
+/// Why the end of a file's picture cannot be read; "" = it can. Of a TIFF that ends early OpenImageIO 2.4
+/// gives what is missing as black and says that all went well, but when its last row or tile is asked for
+/// alone.
+std::string endProblem(OIIO::ImageInput& file);
+
 }  // namespace patina::textures

@@ -7,8 +7,13 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 
+#include <fcntl.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -16,6 +21,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "renderer/shading/texture_color_module.h"
@@ -43,6 +49,9 @@ Picture readPicture(const std::string& path, std::string_view space,
                     const OCIO_NAMESPACE::ConstConfigRcPtr& config) {
   std::unique_ptr<ImageInput> input = ImageInput::open(path);
   if (!input) throw std::runtime_error(OIIO::geterror());
+  if (const std::string problem = sizeProblem(path, input->spec()); !problem.empty())
+    throw std::runtime_error(problem);
+  if (const std::string problem = endProblem(*input); !problem.empty()) throw std::runtime_error(problem);
   const ColorConversion* conversion = nullptr;
   if (space == "srgb")
     conversion = srgb();
@@ -56,8 +65,6 @@ Picture readPicture(const std::string& path, std::string_view space,
       throw std::runtime_error(input->geterror());
   }
   const ImageSpec& spec = input->spec();
-  if (const std::string problem = sizeProblem(path, spec); !problem.empty())
-    throw std::runtime_error(problem);
   if (spec.deep || spec.depth > 1) throw std::runtime_error("volumes and deep images are no textures");
   const int64_t values = int64_t{spec.width} * spec.height;
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || values > kMostValues / spec.nchannels)
@@ -136,6 +143,25 @@ Picture latLongOf(const std::vector<Picture>& faces, float fov) {
   return result;
 }
 
+/// Why there is no room for a file of so many bytes at `path`; "" = there is. OpenImageIO 2.4 and libtiff do
+/// not come to an end on a full disk: directories that could not be written lead in circles. So it is found
+/// out before, for the file without compression.
+std::string roomProblem(const char* path, size_t bytes) {
+  const int file = open(path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (file < 0) return std::generic_category().message(errno);
+  int error = fallocate(file, 0, 0, static_cast<off_t>(bytes)) == 0 ? 0 : errno;
+  if (error == EOPNOTSUPP || error == ENOSYS) {
+    struct statvfs system {};
+    error = fstatvfs(file, &system) != 0 || system.f_bavail > bytes / std::max<size_t>(system.f_frsize, 1)
+                ? 0
+                : ENOSPC;
+  }
+  close(file);
+  unlink(path);
+  if (error == 0) return {};
+  return std::generic_category().message(error) + " for up to " + std::to_string((bytes >> 20) + 1) + " MB";
+}
+
 std::string made(const PatinaTextureToMake& what) {
   OCIO_NAMESPACE::ConstConfigRcPtr config;
   if (*what.ocio_config) config = OCIO_NAMESPACE::Config::CreateFromFile(what.ocio_config);
@@ -159,6 +185,11 @@ std::string made(const PatinaTextureToMake& what) {
       spec.attribute(matrix, value->type(), value->data());
   spec.attribute("oiio:ColorSpace", "Linear");
   const ImageBuf pixels(spec, picture.values.data());
+
+  // All levels together have a third more than the first; tiles at edges are whole ones.
+  constexpr size_t kHead = size_t{1} << 18;
+  const size_t bytes = picture.values.size() * picture.type.size() * 3 / 2 + kHead;
+  if (const std::string problem = roomProblem(what.output, bytes); !problem.empty()) return problem;
 
   ImageSpec how;
   how.set_format(picture.type);

@@ -94,6 +94,10 @@ int open(void* handle, const char* path, int32_t data, PatinaTextureInfo* info, 
     say(error, errorSize, problem);
     return 0;
   }
+  if (const std::string problem = patina::textures::endProblem(*file); !problem.empty()) {
+    say(error, errorSize, problem);
+    return 0;
+  }
   if (!data) {
     if (const auto* conversion = patina::textures::conversionOf(name, file->spec(), system->config)) {
       name = patina::textures::convertedName(name, *conversion);

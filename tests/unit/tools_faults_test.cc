@@ -114,6 +114,19 @@ TEST_F(Faults, AFullDiskIsAnError) {
   EXPECT_THAT(outcome.errors, HasSubstr("cannot write small/y.tif: No space left on device"));
   EXPECT_THAT(outcome.errors, HasSubstr("statistics cannot be written to small/s.json"));
   EXPECT_TRUE(bytes("z.exr")) << "what has a place is written";
+
+  // Textures: their library would not come to an end.
+  std::string picture = "P6 300 300 255\n";
+  picture.resize(picture.size() + 300 * 300 * 3, '\x40');
+  write("p.ppm", picture);
+  write("m.rib", scene("", "MakeTexture \"p.ppm\" \"small/t.tif\" \"black\" \"black\" \"box\" 1 1"));
+  const Outcome made = run({"m.rib", "--mode", "direct"}, [&] {
+    if (!mountSmall()) _exit(125);
+    alarm(60);
+  });
+  EXPECT_EQ(made.status, 1) << made.signal;
+  EXPECT_THAT(made.errors,
+              HasSubstr("MakeTexture \"small/t.tif\": it cannot be made: No space left on device"));
 }
 
 TEST_F(Faults, FoldersWithoutPermissionAreSaidBeforeTheRender) {
@@ -175,6 +188,24 @@ TEST_F(Faults, TexturesThatClaimMoreThanTheyHoldTakeNoMemory) {
       EXPECT_LT(outcome.peakKb, 400'000) << use;
     }
   }
+}
+
+TEST_F(Faults, TexturesThatEndBeforeTheirPixelsAreErrors) {
+  const std::string head = tiffHead(64, 64);  // its strip begins at the eighth byte
+  write("head.tif", head);
+  write("half.tif", head + std::string(64 * 32 * 3, '\x40'));
+  write("whole.tif", head + std::string(64 * 64 * 3, '\x40'));
+  for (const std::string name : {"head", "half", "whole"})
+    for (const std::string& use :
+         {scene("Surface \"paintedplastic\" \"texturename\" [\"" + name + ".tif\"] Sphere 1 -1 1 360"),
+          scene("", "MakeTexture \"" + name + ".tif\" \"t.tif\" \"black\" \"black\" \"box\" 1 1")}) {
+      write("t.rib", use);
+      const Outcome outcome = run({"t.rib", "--mode", "direct"});
+      EXPECT_EQ(outcome.status, name == "whole" ? 0 : 1) << use << outcome.errors;
+      if (name != "whole") {
+        EXPECT_THAT(outcome.errors, HasSubstr("Read error")) << use;
+      }
+    }
 }
 
 TEST_F(Faults, TexturesThatGoAndThatAreLockedEndNoRender) {
