@@ -19,9 +19,13 @@ constexpr size_t kBlock = size_t{1} << 14;  // faces that a thread measures at a
 
 constexpr float kOffScreenFactor = 0.25f;  // micropolygons outside the view are so much coarser (in length)
 constexpr float kForeshorteningLimit =
-    0.25f;                             // a length seen at a grazing angle counts at least so much of itself
-constexpr float kMargin = 16;          // pixels around the frame that count as seen
-constexpr int kMaxDepth = 44;          // binary splits of a face
+    0.25f;                     // a length seen at a grazing angle counts at least so much of itself
+constexpr float kMargin = 16;  // pixels around the frame that count as seen
+constexpr int kMaxDepth = 44;  // binary splits of a face
+/// Tiles are no smaller part of a face along u or v: places in a face are floats, whose error, 2^-24, is then
+/// a sixteenth of a micropolygon. What would want smaller ones is shaded where it is met, as their spacing
+/// says that they are too far apart.
+constexpr float kLeastPart = 0x1p-16f;
 constexpr float kLessThanOne = 0.75f;  // micropolygons along a tile that needs one value only
 
 /// Corners of a tile and the points half-way between them, in object space.
@@ -197,13 +201,16 @@ void PatchTable::Dicer::addPatch(uint32_t face, const Tile& tile) {
 void PatchTable::Dicer::split(uint32_t face, const Tile& tile, uint32_t node, int depth) {
   std::vector<Node>& nodes = diced.nodes;
   if (tile.tooLarge() && patches.size() >= limit_) limited = true;
-  if (!tile.tooLarge() || depth >= kMaxDepth || limited) {
+  const bool isTriangle = input_.surface->faceShape(face) == FaceShape::Triangle;
+  const bool alongU = tile.cellsU >= tile.cellsV;
+  const bool isLeast = std::abs(alongU || isTriangle ? tile.du : tile.dv) <= kLeastPart;
+  if (!tile.tooLarge() || depth >= kMaxDepth || isLeast || limited) {
     nodes[node] = {static_cast<uint32_t>(patches.size()), Node::Split::Leaf};
     addPatch(face, tile);
     return;
   }
   const auto first = static_cast<uint32_t>(nodes.size());
-  if (input_.surface->faceShape(face) == FaceShape::Triangle) {
+  if (isTriangle) {
     nodes[node] = {first, Node::Split::Triangle};
     nodes.resize(nodes.size() + 4);
     const float h = tile.du / 2;
@@ -215,7 +222,6 @@ void PatchTable::Dicer::split(uint32_t face, const Tile& tile, uint32_t node, in
     }
     return;
   }
-  const bool alongU = tile.cellsU >= tile.cellsV;
   nodes[node] = {first, alongU ? Node::Split::U : Node::Split::V};
   nodes.resize(nodes.size() + 2);
   const float du = alongU ? tile.du / 2 : tile.du, dv = alongU ? tile.dv : tile.dv / 2;

@@ -20,6 +20,11 @@ constexpr uint32_t kTileLevels = 5, kMostTiling = 6;  // faces with more than 64
 constexpr uint32_t kFewFaces = 64;                    // measured more densely
 constexpr uint32_t kMostTiledFaces = 4096;
 constexpr size_t kMostFacets = size_t{1} << 22;  // of one surface
+/// Of a displaced surface there are no more facets than these for each micropolygon that the picture has room
+/// for, half of which the view needs, for front and back, or kFewFacets: a surface that reaches far beyond a
+/// narrow view would be made of millions that nobody sees one by one.
+constexpr float kFacetsInPicture = 32;
+constexpr float kFewFacets = float{1 << 16};
 
 struct Sphere {
   V3f center;
@@ -217,14 +222,14 @@ SurfaceRates uniformRates(const Surface& surface, uint8_t level) {
 SurfaceRates traceRates(const RasterCamera& camera, const Surface& surface,
                         std::span<const M44f> objectToWorld, std::optional<float> shadingRate) {
   size_t largest = 0;
-  float most = -1;
+  float widest = -1;
   for (size_t k = 0; objectToWorld.size() > 1 && k < objectToWorld.size(); ++k) {
     const Sphere sphere = boundingSphere(surface.bound(), objectToWorld[k]);
     const float distance =
         std::max(camera.nearestDistance(sphere.center, sphere.radius), 0.25f * sphere.radius);
     const float seen = camera.mayBeVisible(sphere.center, sphere.radius, kMargin) ? 1 : kOffScreenFactor;
     const float size = sphere.radius * seen * camera.pixelsPerUnit(std::max(distance, 1e-30f));
-    if (size > most) most = size, largest = k;
+    if (size > widest) widest = size, largest = k;
   }
   Meter meter(camera, surface, objectToWorld[largest], shadingRate);
 
@@ -258,7 +263,11 @@ SurfaceRates traceRates(const RasterCamera& camera, const Surface& surface,
     for (const TileRates& r : rates.tiles) sum += size_t{1} << (r.u + r.v);
     return sum;
   };
-  const size_t limit = std::max(kMostFacets, 4 * rates.tiles.size());  // next to halves, sides are two facets
+  size_t most = kMostFacets;
+  if (shadingRate)
+    most = static_cast<size_t>(std::clamp(kFacetsInPicture * camera.pixelCount() / *shadingRate, kFewFacets,
+                                          static_cast<float>(kMostFacets)));
+  const size_t limit = std::max(most, 4 * rates.tiles.size());  // next to halves, sides are two facets
   while (facets() > limit) {
     rates.limited = true;
     for (TileRates& r : rates.tiles) {

@@ -40,6 +40,9 @@ class RasterCamera {
   /// Pixels per world unit for a length across the view at camera distance `distance` (perspective) from the
   /// eye.
   float pixelsPerUnit(float distance) const;
+  float pixelCount() const {  ///< of the whole picture
+    return static_cast<float>(xResolution_) * static_cast<float>(yResolution_);
+  }
 
   V3f toCamera(const V3f& world) const { return transformPoint(world, worldToCamera_); }
   /// Raster position of a point in camera space; its z must be positive for perspective.

@@ -19,6 +19,9 @@ STAT_TIME("Time of threads/rasters of surfels", rasterTime);
 
 /// Bytes for a surfel: of the octree, up to 360 as seen, and of its piece and radiances while it is baked.
 constexpr size_t kBytesOfSurfel = 600;
+/// Of a pixel of the picture, or in all at least: surfaces that reach far beyond a small picture would have a
+/// thousand times as many, each looked around from, and their pieces would be smaller than what it shows.
+constexpr float kSurfelsOfPixel = 16, kFewSurfels = 16384;
 constexpr size_t kBatch = 1024;
 /// Receivers see nothing that is nearer than so many times the error of their place.
 constexpr float kErrors = 16;
@@ -66,7 +69,10 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
     : world_(world), settings_(settings) {
   const PhaseTimer timer("Baking of points");
   const auto placements = static_cast<uint32_t>(world.geometry().placements().size());
-  const size_t room = std::max<size_t>(settings.bytes / kBytesOfSurfel, 64);
+  // Each is looked around from, as pixels are.
+  const auto worth =
+      static_cast<size_t>(std::max(kSurfelsOfPixel * world.camera().pixelCount(), kFewSurfels));
+  const size_t room = std::clamp<size_t>(settings.bytes / kBytesOfSurfel, 64, worth);
   int most = 1;  // that any object allows
   for (const Attributes& attributes : world.scene().attributes)
     most = std::max(most, attributes.maxDiffuseDepth);

@@ -4,6 +4,7 @@
 // evaluated at each hit.
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/atmosphere.h"
+#include "renderer/integrators/met_point.h"
 #include "renderer/integrators/radiosity_integrator.h"
 
 namespace patina {
@@ -82,6 +83,8 @@ void RadiosityIntegrator::step(Wave& wave) const {
       wave.hits, wave.active,
       [&](uint32_t k) { return std::pair(wave.walks[k].ray.direction, wave.walks[k].footprint); },
       wave.points);
+  for (size_t i = 0; i < wave.points.size(); ++i)
+    placeAlongRay(wave.points[i], world_, wave.rays[wave.active[i]], wave.hits[wave.active[i]]);
   throughAir(wave);
   for (size_t i = 0; i < wave.points.size(); ++i) {
     const Walk& walk = wave.walks[wave.active[i]];

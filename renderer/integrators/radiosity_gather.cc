@@ -3,6 +3,7 @@
 #include "renderer/base/sampling_batch.h"
 #include "renderer/base/statistics.h"
 #include "renderer/integrators/baked_points.h"
+#include "renderer/integrators/met_point.h"
 #include "renderer/integrators/radiosity_workspace.h"
 
 namespace patina {
@@ -349,6 +350,8 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
           return std::pair(w.rays[k].direction, w.gather[k].spread * w.gather[k].travelled);
         },
         w.hitPoints);
+    for (size_t i = 0; i < w.withPoints.size(); ++i)
+      placeAlongRay(w.hitPoints[i], world_, w.rays[w.withPoints[i]], w.hits[w.withPoints[i]]);
     const auto pointAt = [&](uint32_t k) -> const ShadingPoint& { return w.hitPoints[w.pointOf[k]]; };
     for (const Lookup& lookup : w.lookups) {
       if (lookup.truth == 0) continue;

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "renderer/base/statistics.h"
+#include "renderer/integrators/met_point.h"
 #include "renderer/integrators/radiosity_workspace.h"
 
 namespace patina {
@@ -114,6 +115,8 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
         w.walkHits, w.picked,
         [&](uint32_t j) { return std::pair(w.walkRays[j].direction, walks[w.walkOf[j]].footprint); },
         w.walkPoints);
+    for (size_t i = 0; i < w.picked.size(); ++i)
+      placeAlongRay(w.walkPoints[i], world_, w.walkRays[w.picked[i]], w.walkHits[w.picked[i]]);
     w.lookups.clear();
     for (uint32_t i = 0; i < w.picked.size(); ++i) {
       const uint32_t j = w.picked[i];

@@ -122,6 +122,12 @@ double filterWeight(const std::string& name, double x, double y, double w) {
   if (std::abs(x) >= w / 2 || std::abs(y) >= w / 2) return 0;
   if (name == "box") return 1;
   if (name == "triangle") return (1 - 2 * std::abs(x) / w) * (1 - 2 * std::abs(y) / w);
+  if (name == "sinc") {
+    const auto axis = [&](double d) {
+      return d == 0 ? 1 : std::sin(kPi * d) / (kPi * d) * std::cos(kPi * d / w);
+    };
+    return axis(x) * axis(y);
+  }
   if (name == "gaussian") return std::exp(-2 * (4 * x * x / (w * w) + 4 * y * y / (w * w)));
   const double r = std::hypot(x, y);
   return r >= 2 ? 0 : r < 1 ? 1.5 * r * r * r - 2.5 * r * r + 1 : -0.5 * r * r * r + 2.5 * r * r - 4 * r + 2;
@@ -134,7 +140,7 @@ void addFilters(std::vector<ClosedForm>& cases) {
     double width;
   };
   for (const Filter f : {Filter{"box", 1}, Filter{"box", 3}, Filter{"triangle", 2}, Filter{"gaussian", 2},
-                         Filter{"gaussian", 4}, Filter{"catmull-rom", 4}}) {
+                         Filter{"gaussian", 4}, Filter{"catmull-rom", 4}, Filter{"sinc", 4}}) {
     ClosedForm c;
     c.group = "filters";
     c.name = fmt::format("{} of width {}, an edge", f.name, f.width);
@@ -166,6 +172,21 @@ void addFilters(std::vector<ClosedForm>& cases) {
     c.claims = {{"path", 2e-3, "weights' sum is of the samples that there are"},
                 {"radiosity", 2e-3, "weights' sum is of the samples that there are"}};
     c.converges = f.width == 4;
+    cases.push_back(c);
+
+    // What is the same everywhere stays so, however negative some weights are.
+    c.name = fmt::format("{} of width {}, constant", f.name, f.width);
+    c.formula = "L";
+    c.expected.assign(c.expected.size(), 1);
+    c.rib =
+        fmt::format(
+            "Format 12 8 1 PixelFilter \"{0}\" {1} {1}\nProjection \"orthographic\" ScreenWindow 0 12 -8 0\n"
+            "WorldBegin Surface \"constant\"\nTranslate 0 0 1 ",
+            f.name, f.width) +
+        polygon({{-60, 9, 0}, {-60, -17, 0}, {60, -17, 0}, {60, 9, 0}}) + "WorldEnd\n";
+    c.samples = 4;
+    c.claims = {{"path", 1e-6, "rounding"}, {"radiosity", 1e-6, "rounding"}};
+    c.converges = false;
     cases.push_back(std::move(c));
   }
 }

@@ -129,6 +129,29 @@ TEST(FacetRates, StayWithinTheirLimit) {
   EXPECT_EQ(openEdges(Facets(*s, rates)), 0u);
 }
 
+// A displaced ball that fills a view of a thousandth of a degree has no more facets than the picture has room
+// for, however many its shading rate asks for.
+TEST(FacetRates, PicturesBoundTheFacetsOfWhatIsDisplaced) {
+  const Made s = make(quadric(Quadric::Kind::Sphere, {1, -1, 1}));
+  const auto facetsFor = [&](int resolution, float shadingRate) {
+    Camera camera;
+    camera.fov = 0.001f;
+    camera.worldToCamera.setTranslation(V3d(0, 0, 4));
+    Options options;
+    options.xResolution = options.yResolution = resolution;
+    const SurfaceRates rates = traceRates(RasterCamera(camera, options), *s, std::array{M44f()}, shadingRate);
+    EXPECT_TRUE(rates.limited);
+    size_t sum = 0;
+    for (const TileRates& r : rates.tiles) sum += size_t{1} << (r.u + r.v);
+    return sum;
+  };
+  EXPECT_LE(facetsFor(16, 1), 65536u);
+  EXPECT_LE(facetsFor(200, 1), 32u * 200 * 200);
+  EXPECT_GT(facetsFor(200, 1), 65536u);
+  EXPECT_GT(facetsFor(200, 0.25f), 32u * 200 * 200 / 4) << "of smaller micropolygons there are more";
+  EXPECT_LE(facetsFor(4000, 0.01f), size_t{1} << 22);
+}
+
 TEST(FacetRates, PlacesAlongThinnedSidesAreFoundAgain) {
   // All ways in which the sides of tiles of 1 to 16 facets can have fewer.
   SurfaceRates rates;

@@ -280,6 +280,32 @@ TEST(PatchTable, APlaneThroughTheEyeStaysBounded) {
   EXPECT_LE(table.size(), 100100u);
 }
 
+// A plane of ten kilometres before a camera that sees a centimetre of it: parameters of a face are floats,
+// and no micropolygon is smaller than sixteen of their steps.
+TEST(PatchTable, MicropolygonsAreWhatParametersTellApart) {
+  for (const FaceShape shape : {FaceShape::Quad, FaceShape::Triangle}) {
+    const Plane plane(shape, 1e4f, 1e4f);
+    Camera camera;
+    camera.worldToCamera.setTranslation(V3d(0, 0, 0.01));
+    camera.fov = 60;
+    Options options;
+    options.xResolution = options.yResolution = 100;
+    DiceInput input{&plane, M44f(), 1};
+    const PatchTable patches(RasterCamera(camera, options), 1, [&](uint32_t) { return input; });
+    const auto [first, count] = patches.patchesOf(0);
+    float least = 1, spacing = 1e4f;
+    for (uint32_t k = first; k < first + count; ++k) {
+      const Patch& patch = patches[k];
+      least = std::min({least, std::abs(patch.du) / static_cast<float>(std::max<int>(patch.cellsU, 1)),
+                        std::abs(patch.dv) / static_cast<float>(std::max<int>(patch.cellsV, 1))});
+      spacing = std::min(spacing, patch.spacing);
+    }
+    EXPECT_GE(least, 0x1p-20f);
+    EXPECT_LT(least, 0x1p-18f) << "where the camera is, they are as small as may be";
+    EXPECT_GT(spacing, 1e4f * 0x1p-21f) << "and say how far apart they are";
+  }
+}
+
 TEST(PatchTable, TinyFacesAreOneValue) {
   const Plane plane(FaceShape::Quad, 0.004f, 0.004f);  // 0.4 pixels
   const DiceInput input{&plane, M44f(), 1};
