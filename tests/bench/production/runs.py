@@ -3,6 +3,7 @@
 import json
 import os
 import platform
+import signal
 import subprocess
 import sys
 import tempfile
@@ -20,29 +21,32 @@ def render(patina, rib, arguments=(), folder=None, timeout=None, check=True):
     whole process, and its statistics; "ended" instead where `timeout` seconds were not enough."""
     with tempfile.NamedTemporaryFile(suffix=".json") as stats, tempfile.TemporaryFile("w+") as messages:
         command = [patina, "-q", *map(str, arguments), "--stats", stats.name, rib]
+        # By a shell that stays: a process started from here would begin with this one's peak of memory as its own.
         start = time.monotonic()
-        process = subprocess.Popen(command, cwd=folder or os.path.dirname(os.path.abspath(rib)), stdout=messages, stderr=messages)
+        process = subprocess.Popen(["/bin/sh", "-c", '"$0" "$@"; exit $?', *command], stdout=messages, stderr=messages,
+                                   cwd=folder or os.path.dirname(os.path.abspath(rib)), start_new_session=True)
         ended = False
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
             if pid:
                 break
             if timeout and time.monotonic() - start > timeout and not ended:
-                process.kill()
+                os.killpg(process.pid, signal.SIGKILL)
                 ended = True
             time.sleep(0.0005 if time.monotonic() - start < 2 else 0.02)
         wall = time.monotonic() - start
         process.returncode = os.waitstatus_to_exitcode(status)
-        cost = {"wall": wall, "cpu": usage.ru_utime + usage.ru_stime, "MB": usage.ru_maxrss / 1024, "status": process.returncode}
+        cost = {"wall": wall, "cpu": usage.ru_utime + usage.ru_stime, "status": process.returncode}
         if ended:
-            return {**cost, "ended": True, "stats": {}}
+            return {**cost, "ended": True, "MB": 0, "stats": {}}
         messages.seek(0)
         text = messages.read()
         if check and process.returncode != 0:
             raise SystemExit(f"{' '.join(command)}: status {process.returncode}\n{text}")
         stats.seek(0)
         data = stats.read()
-        return {**cost, "messages": text, "stats": json.loads(data) if data else {}}
+        statistics = json.loads(data) if data else {}
+        return {**cost, "MB": count(statistics, "Memory", "peak resident MB"), "messages": text, "stats": statistics}
 
 
 def count(stats, *names):
