@@ -16,7 +16,10 @@
 namespace patina {
 namespace {
 
-constexpr size_t kMaxCounters = 1024;
+constexpr size_t kMaxCounters = 2048;
+/// A scene of hundreds of shaders has more names than there is room for: the last counter is the sum of
+/// those.
+constexpr std::string_view kOthers = "Statistics/counts of names that there was no room for";
 using Slots = std::array<std::atomic<int64_t>, kMaxCounters>;
 
 struct Registry {
@@ -66,11 +69,14 @@ StatCounter::StatCounter(std::string_view name) {
   Registry& registry = Registry::get();
   std::lock_guard lock(registry.mutex);
   // Two files may count under one name: they share the slot.
-  const auto found = std::find_if(registry.names.begin(), registry.names.end(),
-                                  [&](const std::string& other) { return other == name; });
+  const auto find = [&](std::string_view wanted) {
+    return std::find(registry.names.begin(), registry.names.end(), wanted);
+  };
+  auto found = find(name);
+  if (found == registry.names.end() && registry.names.size() >= kMaxCounters - 1)
+    found = find(name = kOthers);
   index_ = static_cast<uint32_t>(found - registry.names.begin());
   if (found == registry.names.end()) registry.names.emplace_back(name);
-  if (registry.names.size() > kMaxCounters) std::abort();
 }
 
 std::atomic<int64_t>* StatCounter::slots() {

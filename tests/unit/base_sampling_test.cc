@@ -121,5 +121,15 @@ TEST(Statistics, CountersAddUpOverThreadsAndPrintAsATree) {
   EXPECT_EQ(counter.total(), 0);
 }
 
+TEST(Statistics, NamesThatThereIsNoRoomForAreCountedTogether) {
+  std::vector<StatCounter> many;
+  for (int k = 0; k < 5000; ++k) many.emplace_back("Test/many/" + std::to_string(k));
+  for (StatCounter& counter : many) ++counter;
+  EXPECT_EQ(many[0].total(), 1);
+  EXPECT_GT(many.back().total(), 2000);
+  EXPECT_NE(statisticsJson().find("no room for\": " + std::to_string(many.back().total())),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace patina
