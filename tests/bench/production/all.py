@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The table, the plots of growth and the pairs of features, one after the other, to one folder: small pictures, under half an
-hour on two processors. What is measured already is kept.
+"""The table, the plots of growth and the pairs of features, one after the other, to one folder, of small pictures. What
+is measured already is kept, so that it may be ended and begun again.
 
     all.py [-o production-results] [--patina build/release/bin/patina]
 """
