@@ -56,10 +56,16 @@ void sobolPoints(uint32_t first, uint64_t seed, std::span<V2f> out) {
   for (; done < out.size(); ++done) out[done] = sobol2(first + static_cast<uint32_t>(done), seed);
 }
 
-void CosineDirections::sample(uint32_t first, uint64_t seed) {
-  std::array<uint32_t, kCount> u, v;
+void CosineDirections::sample(uint32_t first, uint64_t seed, uint32_t wanted) {
+  constexpr uint32_t kFew = 4;
+  wanted <= kFew ? fill<kFew>(first, seed) : fill<kCount>(first, seed);
+}
+
+template <uint32_t kLanes>
+void CosineDirections::fill(uint32_t first, uint64_t seed) {
+  std::array<uint32_t, kLanes> u, v;
   sobolBits(first, seed, u, v);
-  for (uint32_t k = 0; k < kCount; ++k) {
+  for (uint32_t k = 0; k < kLanes; ++k) {
     // The concentric map, with the two kinds of sectors mirrored on each other.
     const float a = 2 * toUnit(u[k]) - 1, b = 2 * toUnit(v[k]) - 1;
     const bool flat = std::abs(a) > std::abs(b);

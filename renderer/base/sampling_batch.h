@@ -17,8 +17,13 @@ void sobolPoints(uint32_t first, uint64_t seed, std::span<V2f> out);
 struct CosineDirections {
   static constexpr uint32_t kCount = 16;
   std::array<float, kCount> x, y, z;
-  /// Sets them to sampleCosineHemisphere(sobol2(first + k, seed)), but for rounding.
-  void sample(uint32_t first, uint64_t seed);
+  /// Sets the first `wanted`, at least, to sampleCosineHemisphere(sobol2(first + k, seed)), but for rounding.
+  /// They do not depend on how many are wanted.
+  void sample(uint32_t first, uint64_t seed, uint32_t wanted = kCount);
+
+ private:
+  template <uint32_t kLanes>
+  void fill(uint32_t first, uint64_t seed);
 };
 
 }  // namespace patina

@@ -233,7 +233,8 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool 
     CosineDirections local;
     for (int k = sender.first, lane = 0; k < sender.first + sender.count; ++k, ++lane) {
       lane %= static_cast<int>(CosineDirections::kCount);
-      if (lane == 0) local.sample(static_cast<uint32_t>(k), seed);
+      if (lane == 0)
+        local.sample(static_cast<uint32_t>(k), seed, static_cast<uint32_t>(sender.first + sender.count - k));
       const auto at = static_cast<size_t>(lane);
       const V3f direction = foldDirection(frame.toWorld({local.x[at], local.y[at], local.z[at]}), up);
       ray.spread = std::sqrt(kPi / (static_cast<float>(sender.spread) * std::max(local.z[at], 0.05f)));

@@ -73,6 +73,15 @@ TEST(Warps, CosineDirectionsAreTheSameManyAtATime) {
         EXPECT_NEAR(many.y[k], one.y, 2e-7f) << first + k;
         EXPECT_NEAR(many.z[k] * many.z[k], one.z * one.z, 5e-7f) << first + k;
       }
+      for (const uint32_t wanted : {1u, 4u, 5u}) {
+        CosineDirections few;
+        few.sample(first, seed, wanted);
+        for (uint32_t k = 0; k < wanted; ++k) {
+          EXPECT_EQ(few.x[k], many.x[k]);
+          EXPECT_EQ(few.y[k], many.y[k]);
+          EXPECT_EQ(few.z[k], many.z[k]);
+        }
+      }
     }
 }
 
