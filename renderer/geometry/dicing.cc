@@ -274,7 +274,8 @@ bool PatchTable::Dicer::addGrid(uint32_t node, size_t firstPatch) {
   uint32_t logU = 0, logV = 0;
   for (const Patch& patch : ofFace)
     logU = std::max(logU, splits(patch.du)), logV = std::max(logV, splits(patch.dv));
-  while (logU + logV > 32 || uint64_t{1} << (logU + logV) > kCellsOfPatch * ofFace.size()) --(logU > logV ? logU : logV);
+  while (logU + logV > 32 || uint64_t{1} << (logU + logV) > kCellsOfPatch * ofFace.size())
+    --(logU > logV ? logU : logV);
   const auto first = static_cast<uint32_t>(diced.cells.size());
   diced.cells.resize(first + (size_t{1} << (logU + logV)), kNone);
   for (size_t k = 0; k < ofFace.size(); ++k) {
@@ -368,8 +369,10 @@ const PatchTable::Diced& PatchTable::dice(uint32_t placement) const {
   diced->count = static_cast<uint32_t>(dicer.patches.size());
   ++dicedPlacements;
   patchCount += diced->count;
-  memory_ += dicer.patches.size() * sizeof(Patch) + diced->nodes.capacity() * sizeof(Node) +
-             (diced->roots.capacity() + diced->coarser.capacity() + diced->cells.capacity()) * sizeof(uint32_t) + sizeof(Diced);
+  memory_ +=
+      dicer.patches.size() * sizeof(Patch) + diced->nodes.capacity() * sizeof(Node) +
+      (diced->roots.capacity() + diced->coarser.capacity() + diced->cells.capacity()) * sizeof(uint32_t) +
+      sizeof(Diced);
   diced_[placement].store(diced.get(), std::memory_order_release);
   return *diced.release();
 }
