@@ -37,9 +37,9 @@ class Accel {
   ~Accel();
 
   /// Moves the units that rays have met so far from structures of their own into that of the scene, the
-  /// smallest first, as far as half of the budget of facets goes: rays take a fifth to two fifths less time there. They are
-  /// never dropped then. What moves, solids and delayed archives stay as they are. Nobody may trace
-  /// meanwhile. Among surfaces in exactly the same place another one may be met than before. [main]
+  /// smallest first, as far as half of the budget of facets goes: rays take a fifth to two fifths less time
+  /// there. They are never dropped then. What moves, solids and delayed archives stay as they are. Nobody may
+  /// trace meanwhile. Among surfaces in exactly the same place another one may be met than before. [main]
   void settle();
 
   Hit intersect(const Ray& ray) const;  ///< [any thread]

@@ -41,7 +41,8 @@ inline bool isBlack(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }
 inline V3f lerp(float t, const V3f& a, const V3f& b) { return a * (1 - t) + b * t; }
 inline float lerp(float t, float a, float b) { return a * (1 - t) + b * t; }
 
-/// Point, vector and normal through an affine matrix. Normals need the inverse of the matrix that moves points.
+/// Point, vector and normal through an affine matrix. Normals need the inverse of the matrix that moves
+/// points.
 inline V3f transformPoint(const V3f& p, const M44f& m) {
   return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
           p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
@@ -65,7 +66,8 @@ inline V3f normalizedOr(const V3f& v, const V3f& fallback) {
   return w / std::sqrt(w.dot(w));
 }
 
-/// An orthonormal basis around a unit vector (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017).
+/// An orthonormal basis around a unit vector (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT
+/// 2017).
 struct Frame {
   V3f x, y, z;
   explicit Frame(const V3f& normal) : z(normal) {

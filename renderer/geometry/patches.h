@@ -170,7 +170,8 @@ class PatchTable {
 
  private:
   struct Node {
-    /// Of two (triangle: four) children; the patch when `split` is Leaf; the first of `cells` when it is Grid.
+    /// Of two (triangle: four) children; the patch when `split` is Leaf; the first of `cells` when it is
+    /// Grid.
     uint32_t first;
     /// Grid: 2^logU by 2^logV cells of a face of many patches, for a look-up in one step. The next node is
     /// the face's tree, for cells that several patches share.

@@ -60,7 +60,8 @@ constexpr Entry kEntries[] = {
     {"Interior", {kIgnored, "solids are clear"}},
     {"Light",
      {kMapped,
-      "rectangle, disk, sphere, cylinder, mesh: arealight; dome: envlight; day: sunsky; distant: distantlight"}},
+      "rectangle, disk, sphere, cylinder, mesh: arealight; dome: envlight; day: sunsky; distant: "
+      "distantlight"}},
     {"LightFilter", {kIgnored, "lights have no filters"}},
     {"MakeBrickMap", {kIgnored, "not made"}},
     {"MakeBump", {Support::CarriedOut, "heights, by OpenImageIO; filter widths are its own"}},

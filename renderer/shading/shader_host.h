@@ -36,7 +36,13 @@ class ShaderHost {
               std::string_view message);
 
   /// Codes of what the host finds wrong with a shader's results; a shader's own are what it likes.
-  enum Fault : int32_t { kBadValues = -1, kBadView = -2, kBadDisplacement = -3, kBadLight = -4, kBadLobe = -5 };
+  enum Fault : int32_t {
+    kBadValues = -1,
+    kBadView = -2,
+    kBadDisplacement = -3,
+    kBadLight = -4,
+    kBadLobe = -5
+  };
   /// Counts points for which a shader gave what cannot be used. `describe` says of the first of each (shader,
   /// fault) what was given and where; `at` is its place in the world.
   void fault(std::string_view shader, const Location& where, Fault fault, uint64_t points, const V3f& at,

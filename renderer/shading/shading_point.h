@@ -14,11 +14,11 @@ namespace patina {
 /// World space. Ng and N are on the side that is shaded; `front` says whether that is the outside.
 struct ShadingPoint {
   uint32_t placement = kNone, face = 0;
-  float u = 0, v = 0;  ///< of the face
-  V3f P{0, 0, 0}, Ng{0, 0, 1}, N{0, 0, 1};        ///< facet point and normal; shading normal
-  float error = 0;     ///< see Facet
+  float u = 0, v = 0;                       ///< of the face
+  V3f P{0, 0, 0}, Ng{0, 0, 1}, N{0, 0, 1};  ///< facet point and normal; shading normal
+  float error = 0;                          ///< see Facet
   bool front = true;
-  V3f I{0, 0, 0};                ///< unit, from the viewer to P; only `view` reads it
+  V3f I{0, 0, 0};       ///< unit, from the viewer to P; only `view` reads it
   float footprint = 0;  ///< width of the region that the point stands for
 
   Facet facet() const { return {P, Ng, error}; }

@@ -7,9 +7,9 @@
 // test.json: {"why": text, "cases": [case ...]}; a case has
 //   name, why      the test's name; where its numbers come from
 //   scene          RIB to render ["scene.rib"]; "shared:x" means x in the folder ../shared beside the source
-//   tree args           arguments for patina, a list of texts, "folder:x" for x in the scene's folder; "-o FILE" is added status, says   patina's
-//   exit status [0]; texts that must stand in its output rule           "constant"   every pixel equals
-//   "value" [r,g,b] within "pixel", and every 8x8 block within "block"
+//   tree args           arguments for patina, a list of texts, "folder:x" for x in the scene's folder; "-o
+//   FILE" is added status, says   patina's exit status [0]; texts that must stand in its output rule
+//   "constant"   every pixel equals "value" [r,g,b] within "pixel", and every 8x8 block within "block"
 //                               (relative; either may be missing)
 //                  "reference"  against "reference": mean of each channel within "mean" (relative), relMSE
 //                  under "relmse" "same"       each list of "variants" is added to args in turn: the files

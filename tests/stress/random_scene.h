@@ -26,7 +26,8 @@ struct RandomScene {
   bool comparable = true;
 };
 
-/// Scene number `number`, with shaders of `library`: the same text each time for the same library and compiler.
+/// Scene number `number`, with shaders of `library`: the same text each time for the same library and
+/// compiler.
 RandomScene makeRandomScene(uint64_t number, const std::vector<LibraryShader>& library);
 
 }  // namespace patina::stress

@@ -45,8 +45,8 @@ std::vector<double> blocksOf(const ImageData& image) {
 }
 
 /// One picture at the references' resolution. It is rendered at that at which they were: facets of a sphere
-/// stay within an eightieth of a pixel, which at a quarter of the resolution is half a per cent of the area of these
-/// spheres.
+/// stay within an eightieth of a pixel, which at a quarter of the resolution is half a per cent of the area
+/// of these spheres.
 ImageData render(const std::string& rib, int seed) {
   RenderSettings settings;
   settings.mode = "path", settings.samples = kSamples, settings.seed = seed;

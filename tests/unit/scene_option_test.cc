@@ -218,8 +218,8 @@ TEST(Options, NoticesAreLimited) {
 }
 
 TEST(Options, Points) {
-  const Built built =
-      build(R"(Option "points" "maxsolidangle" [.01] "resolution" [32] "bounces" [2] "memory" [1000] "surfelsize" [4]
+  const Built built = build(
+      R"(Option "points" "maxsolidangle" [.01] "resolution" [32] "bounces" [2] "memory" [1000] "surfelsize" [4]
     WorldBegin WorldEnd)");
   const PointOptions& points = built.world().options.points;
   EXPECT_EQ(points.maxSolidAngle, .01f);
@@ -228,8 +228,8 @@ TEST(Options, Points) {
   EXPECT_EQ(points.memoryKb, 1000);
   EXPECT_EQ(points.surfelSize, 4);
   EXPECT_TRUE(built.messages.empty());
-  const Built wrong =
-      build(R"(Option "points" "maxsolidangle" [7] "resolution" [15] "bounces" [0] "memory" [-1] "surfelsize" [-1]
+  const Built wrong = build(
+      R"(Option "points" "maxsolidangle" [7] "resolution" [15] "bounces" [0] "memory" [-1] "surfelsize" [-1]
     WorldBegin WorldEnd)");
   EXPECT_EQ(wrong.messages.size(), 5u);
   EXPECT_FALSE(wrong.world().options.points.resolution);

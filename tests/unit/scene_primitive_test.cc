@@ -207,8 +207,7 @@ TEST(Primitives, OutsideOfTheWorldTheyAreAnError) {
 }
 
 TEST(Primitives, WhatIsNotCarriedOutIsCounted) {
-  const Built built =
-      inWorld("Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]\nInterior \"fog\"\nInterior \"fog\"");
+  const Built built = inWorld("Volume \"box\" [-1 1 -1 1 -1 1] [0 0 0]\nInterior \"fog\"\nInterior \"fog\"");
   EXPECT_THAT(built.messages,
               testing::UnorderedElementsAre(
                   "t.rib:2:1: warning: unimplemented: request Volume is not carried out yet (once)",
