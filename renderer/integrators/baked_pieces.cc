@@ -179,7 +179,7 @@ BakedPoints::Piece BakedPoints::asOne(std::span<const Piece> run) {
     one.area = whole;
     one.radius = std::sqrt(std::min(one.radius * one.radius * scale, kRoundest * whole));
   }
-  one.halfU = one.halfV = kInfinity;
+  one.halfU = one.halfV = kInfinity, one.triangle = V3f(0);
   return one;
 }
 
@@ -216,7 +216,9 @@ void BakedPoints::addPieces(uint32_t placement, std::span<const Whole> wholes, f
       if (std::min(patch.cellsU, patch.cellsV) > 1 && std::max(patch.cellsU, patch.cellsV) > kFewCells)
         p.patch = whole.patch;
     }
-    p.P = center, p.N = N, p.U = U, p.halfU = halfU, p.halfV = halfV;
+    p.P = center, p.N = N, p.U = U, p.halfU = halfU, p.halfV = halfV, p.triangle = V3f(0);
+    if (n == 3 && area > 0)
+      p.triangle = {(P[0] - center).dot(U), (P[1] - center).dot(U), (P[0] - center).dot(V)};
     p.size = std::sqrt(area), p.area = area, p.radius = radius;
     p.hasBack = hasBack;
     return p;

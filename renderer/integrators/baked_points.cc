@@ -31,6 +31,20 @@ constexpr float kRoughness = 0.4f;
 /// Bounces end when all that are left would add less than this part of the radiance: that much is estimated.
 constexpr double kRest = 0.01;
 
+/// Of a bent piece, whose middle is `bulge` away from the plane of its corners: its disc, half as far away,
+/// grows to where it meets those of its neighbours, and its area to that of the arc. With c half the length
+/// of a chord and b the bulge of a circle's arc above it, tangents b / 2 below its top meet about b^2 / c
+/// beyond the chord's ends, and the arc is longer by 2/3 (b / c)^2. Of what is not bent but rough, no more
+/// than kMostBent.
+void closeGaps(float bulge, Surfel& s) {
+  constexpr float kMostBent = 0.05f;
+  const float half = std::max(std::min(s.halfU, s.radius), std::min(s.halfV, s.radius));
+  if (!(half > 0)) return;
+  const float bent = std::min(bulge * bulge / (half * half), kMostBent), more = bent * half;
+  s.halfU += more, s.halfV += more, s.radius += 1.5f * more, s.triangle *= 1 + 2 * bent;
+  s.area *= 1 + 2.0f / 3 * bent;
+}
+
 }  // namespace
 
 BakedPoints::~BakedPoints() = default;
@@ -90,10 +104,15 @@ BakedPoints::BakedPoints(const World& world, const RadiosityEngine::Settings& li
     Surfel& s = surfels[k];
     // Between the surface and the plane of the corners: so that bent pieces hide as much as there is, neither
     // what tangents cut off nor what chords leave out.
-    s.P = (point.P + p.P) / 2, s.N = point.Ng, s.area = p.area, s.radius = p.radius, s.hasBack = p.hasBack;
+    // Its normal is the corners', too, not that of the facet in its middle, which may be turned by degrees.
+    const bool isTurned = p.N.dot(point.Ng) < 0;
+    s.P = (point.P + p.P) / 2, s.N = isTurned ? -p.N : p.N;
+    s.area = p.area, s.radius = p.radius, s.hasBack = p.hasBack;
     if (p.isMany) s.P = p.surfelP, s.N = p.surfelN, s.thickness = p.thickness;
     s.U = p.U;
-    s.halfU = p.halfU, s.halfV = p.halfV;
+    s.halfU = p.halfU, s.halfV = p.halfV, s.triangle = p.triangle;
+    if (isTurned) s.triangle.z = -s.triangle.z;
+    if (!p.isMany) closeGaps((point.P - p.P).length(), s);
   });
   findInnerSides(pieces, placements, surfels);
   RadiosityEngine::Settings first;

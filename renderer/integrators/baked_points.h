@@ -46,7 +46,8 @@ class BakedPoints {
     V3f P, N;  ///< world space: the middle and the normal of its corners
     V3f U;     ///< along a side
     float halfU, halfV;
-    float size;  ///< distance of neighbours
+    V3f triangle;  ///< as Surfel's, along N x U
+    float size;    ///< distance of neighbours
     float area, radius;
     bool hasBack;
     /// Of neighbours that this one stands for, with them: their mean. Otherwise P, and N.

@@ -15,12 +15,26 @@ constexpr float kSlack = 1e-3f;
 /// A plane is covered when the pieces' areas are this part of its region's; beside the border, where pieces
 /// reach out by parts of their size.
 constexpr float kCovered = 0.95f, kBorder = 0.75f, kCurvedBorder = -0.1f, kFlat = 2e-3f;
+/// ... which at the border of triangles is no more than this part of the region.
+constexpr float kTornBorder = 0.3f;
 
 PointTree::Plane planeOf(const Surfel& s) {
   PointTree::Plane plane;
   plane.P = plane.center = s.P, plane.N = s.N, plane.U = s.U, plane.V = s.N.cross(s.U);
   plane.halfU = std::min(s.halfU, s.radius), plane.halfV = std::min(s.halfV, s.radius);
   plane.box = Box3f(s.P - s.bound(), s.P + s.bound());
+  plane.hasTriangles = s.isTriangle();
+  if (plane.hasTriangles) {
+    Imath::Box2f range;
+    plane.box.makeEmpty();
+    for (const V2f& corner : s.corners()) {
+      range.extendBy(corner);
+      plane.box.extendBy(s.P + plane.U * corner.x + plane.V * corner.y);
+    }
+    const V2f middle = range.center(), half = range.size() / 2;
+    plane.center = s.P + plane.U * middle.x + plane.V * middle.y;
+    plane.halfU = half.x, plane.halfV = half.y;
+  }
   plane.piece = std::sqrt(s.area);
   plane.frontArea = s.area, plane.backArea = s.hasBack ? s.area : 0;
   plane.front = s.front, plane.back = s.back;
@@ -39,6 +53,7 @@ bool unite(PointTree::Plane& a, const PointTree::Plane& b, float thickness) {
   PointTree::Plane sum;
   sum.frontArea = a.frontArea + b.frontArea, sum.backArea = a.backArea + b.backArea;
   sum.piece = std::max(a.piece, b.piece);
+  sum.hasTriangles = a.hasTriangles || b.hasTriangles;
   const float share = b.frontArea / sum.frontArea;
   sum.N = normalizedOr(lerp(share, a.N, b.N), a.N);
   sum.P = lerp(share, a.P, b.P);
@@ -91,7 +106,11 @@ bool isCovered(const PointTree::Plane& plane) {
   }
   // Beside a cut through a flat wall there is more of it; a curved surface may end there, seen from its side.
   const float border = plane.spread < kFlat ? kBorder : kCurvedBorder;
-  return plane.frontArea >= kCovered * cross.length() / 2 - border * around * plane.piece;
+  const float area = cross.length() / 2;
+  float missing = border * around * plane.piece;
+  // A rectangle around a triangle is half empty.
+  if (plane.hasTriangles) missing = std::min(missing, kTornBorder * area);
+  return plane.frontArea >= kCovered * area - missing;
 }
 
 /// Part of a plane's mean radiance by which its surfels' is off what is linear, all in all, where it jumps.

@@ -13,6 +13,8 @@ constexpr float kFull = 0.95f;
 constexpr float kSeam = 0.3f;
 /// ... and one where so much of the pixels around is covered, on average.
 constexpr float kAmong = 0.9f;
+/// Of a pixel that is covered by less nothing is guessed.
+constexpr float kThin = 0.1f;
 /// What is farther than the first in a pixel by so many pixels, and halves of its size, is another layer: it
 /// is seen through what is open, where pieces of one layer lie beside each other.
 constexpr float kLayer = 2;
@@ -93,6 +95,7 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
   Estimate result;
   result.nearest = lookAround(tree), result.looked = looked_;
   openDirections_.clear(), openWeights_.clear();
+  float light = 0, near = 0;  // sums of radiance, and of that over the distance
   for (int face = 0; face < 5; ++face)
     for (int row = 0; row < rowsOf(face); ++row)
       for (int column = 0; column < resolution_; ++column) {
@@ -109,16 +112,24 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
           if (covered < 1)
             c.inverse += (1 - covered) / t_[k], result.nearest = std::min(result.nearest, t_[k]);
           covered = 1;
-        } else if (covered > kSeam &&
-                   (isFull(k) || isBetweenFull(face, row, column) || isAmongCovered(face, row, column))) {
-          radiance /= covered;
-          if (isViewed_) scale_[k] /= covered;
-          covered = 1;
-        } else if (environment) {
+        } else if (covered > 0) {
+          const float whole = wholeOf(face, row, column);
+          if (whole > covered) {
+            const float scale = whole / covered;
+            radiance *= scale, c.inverse *= scale, covered = whole;
+            if (isViewed_) scale_[k] *= scale;
+          }
+        }
+        if (covered < 1 && environment) {
           openDirections_.push_back({dx_[k], dy_[k], dz_[k]});
           openWeights_.push_back((1 - covered) * pixels_[k].weight);
         }
-        if (lit) result.irradiance += radiance * (pixels_[k].weight * kPi);
+        if (lit) {
+          result.irradiance += radiance * (pixels_[k].weight * kPi);
+          const float shines = maxComponent(radiance) * pixels_[k].weight * kPi;
+          light += shines;
+          if (covered > 0) near += shines * c.inverse / covered;
+        }
         result.covered += covered * pixels_[k].weight;
         result.inverseDistance += c.inverse * pixels_[k].weight;
       }
@@ -129,6 +140,8 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
     for (size_t k = 0; k < openRadiance_.size(); ++k) sky += openRadiance_[k] * (openWeights_[k] * kPi);
   }
   result.irradiance += sky;
+  light += maxComponent(sky);
+  if (light > 0) result.inverseDistance = std::max(result.inverseDistance, near / light);
   if (view) {
     view->P = P, view->sky = sky, view->covered = result.covered;
     view->inverseDistance = result.inverseDistance, view->nearest = result.nearest;
@@ -165,18 +178,26 @@ bool PointRaster::isBetweenFull(int face, int row, int column) const {
   return false;
 }
 
-/// Squares that stand for a curved surface overlap here and leave gaps there. Where all around they would
-/// cover as much as there is, all in all, they are taken to do so.
-bool PointRaster::isAmongCovered(int face, int row, int column) const {
+/// How much of a pixel that is covered in part counts as covered. Squares that stand for a curved surface
+/// overlap here and leave gaps there: within it, where something is in all pixels around, as much as they
+/// would cover all in all; and where that is nearly everything, or the pixel is in a seam, all.
+float PointRaster::wholeOf(int face, int row, int column) const {
+  const size_t pixel = at(face, row, column);
+  const float covered = content_[pixel].covered;
+  if (covered <= kThin) return covered;
   const int rows = rowsOf(face);
   float sum = 0;
   int count = 0;
+  bool isWithin = true;
   for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
     for (int c = std::max(column - 1, 0); c <= std::min(column + 1, resolution_ - 1); ++c, ++count) {
       const size_t k = at(face, r, c);
       sum += t_[k] < kInfinity ? 1 : content_[k].sum;
+      isWithin = isWithin && (t_[k] < kInfinity || content_[k].covered > 0);
     }
-  return sum > kAmong * static_cast<float>(count);
+  const float mean = sum / static_cast<float>(count);
+  if (covered > kSeam && (isFull(pixel) || isBetweenFull(face, row, column) || mean > kAmong)) return 1;
+  return isWithin ? std::max(covered, std::min(mean, 1.0f)) : covered;
 }
 
 uint32_t PointRaster::addPart(SurfelView::Kind kind, uint32_t index) {
@@ -215,13 +236,34 @@ bool PointRaster::isGap(Surfel::Inner inner, uint32_t owner, bool front) const {
 void PointRaster::traceSurfel(const PointTree& tree, uint32_t index) {
   const Surfel& s = tree.surfels()[index];
   const V3f center = s.P - P_;
-  const float slack = 0.01f * s.radius;
+  const float slack = 0.005f * s.radius;
   bool front = s.N.dot(center) < 0;
   if (isGap(s.inner, s.owner, front)) front = !front || !s.hasBack;
   traced_.push_back({front ? s.front : s.back, center, nullptr,
                      addPart(front ? SurfelView::Kind::SurfelFront : SurfelView::Kind::SurfelBack, index)});
-  trace<false>({s.N, s.U, s.N.cross(s.U), center, std::min(s.halfU, s.radius) + slack,
-                std::min(s.halfV, s.radius) + slack, s.radius * s.radius, V3f(0), V3f(0)});
+  Target target{s.N,
+                s.U,
+                s.N.cross(s.U),
+                center,
+                std::min(s.halfU, s.radius) + slack,
+                std::min(s.halfV, s.radius) + slack,
+                s.radius * s.radius,
+                V3f(0),
+                V3f(0),
+                {}};
+  if (!s.isTriangle()) {
+    trace<Shape::Disc>(target);
+    return;
+  }
+  const auto corners = s.corners();
+  for (size_t k = 0; k < 3; ++k) {
+    const V2f &from = corners[k], along = corners[(k + 1) % 3] - from;
+    const float length = along.length();
+    V2f out = length > 0 ? V2f(along.y, -along.x) / length : V2f(0);
+    if (out.dot(from) < 0) out = -out;
+    target.sides[k] = {out.x, out.y, out.dot(from) + slack};
+  }
+  trace<Shape::Triangle>(target);
 }
 
 void PointRaster::tracePlane(const PointTree& tree, uint32_t index, const PointTree::Node& node) {
@@ -233,8 +275,16 @@ void PointRaster::tracePlane(const PointTree& tree, uint32_t index, const PointT
   traced_.push_back({front ? plane.front : plane.back, plane.P - P_,
                      front ? &plane.frontSlope : &plane.backSlope,
                      addPart(front ? SurfelView::Kind::PlaneFront : SurfelView::Kind::PlaneBack, index)});
-  trace<true>({plane.N, plane.U, plane.V, center, plane.halfU + plane.slack, plane.halfV + plane.slack,
-               kInfinity, plane.box.center() - P_, plane.box.size() / 2 + V3f(plane.slack)});
+  trace<Shape::Boxed>({plane.N,
+                       plane.U,
+                       plane.V,
+                       center,
+                       plane.halfU + plane.slack,
+                       plane.halfV + plane.slack,
+                       kInfinity,
+                       plane.box.center() - P_,
+                       plane.box.size() / 2 + V3f(plane.slack),
+                       {}});
 }
 
 /// Pieces around the place, of the surface that it is on: where that bends away they do not stand above it,
@@ -302,7 +352,7 @@ PointRaster::Pixels PointRaster::pixelsOf(const LocalRectangle& rectangle) const
   return {from(u0 + 1, resolution_), to(u1 + 1, resolution_), from(v0 + bottom, rows), to(v1 + bottom, rows)};
 }
 
-template <bool IsBoxed>
+template <PointRaster::Shape kShape>
 void PointRaster::trace(const Target& target) {
   const auto id = static_cast<int32_t>(traced_.size() - 1);
   const auto [nx, ny, nz] = std::array{target.N.x, target.N.y, target.N.z};
@@ -310,6 +360,9 @@ void PointRaster::trace(const Target& target) {
   const auto [vx, vy, vz] = std::array{target.V.x, target.V.y, target.V.z};
   const auto [cx, cy, cz] = std::array{target.boxCenter.x, target.boxCenter.y, target.boxCenter.z};
   const auto [hx, hy, hz] = std::array{target.half.x, target.half.y, target.half.z};
+  const auto [ax, ay, az] = std::array{target.sides[0].x, target.sides[0].y, target.sides[0].z};
+  const auto [bx, by, bz] = std::array{target.sides[1].x, target.sides[1].y, target.sides[1].z};
+  const auto [ox, oy, oz] = std::array{target.sides[2].x, target.sides[2].y, target.sides[2].z};
   const float plane = target.N.dot(target.center), cu = target.U.dot(target.center),
               cv = target.V.dot(target.center), hu = target.halfU, hv = target.halfV;
   const float radius2 = target.radius2, nearest = nearest_;
@@ -330,9 +383,11 @@ void PointRaster::trace(const Target& target) {
           const float u = (ux * dx[k] + uy * dy[k] + uz * dz[k]) * along - cu,
                       v = (vx * dx[k] + vy * dy[k] + vz * dz[k]) * along - cv;
           bool isMet = (along > nearest) & (along < t[k]) & (std::abs(u) <= hu) & (std::abs(v) <= hv);
-          if constexpr (IsBoxed)
+          if constexpr (kShape == Shape::Boxed)
             isMet = isMet & (std::abs(dx[k] * along - cx) <= hx) & (std::abs(dy[k] * along - cy) <= hy) &
                     (std::abs(dz[k] * along - cz) <= hz);
+          else if constexpr (kShape == Shape::Triangle)
+            isMet = isMet & (u * ax + v * ay <= az) & (u * bx + v * by <= bz) & (u * ox + v * oy <= oz);
           else
             isMet = isMet & (u * u + v * v <= radius2);
           t[k] = isMet ? along : t[k];

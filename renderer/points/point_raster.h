@@ -24,8 +24,10 @@ class PointRaster {
 
   struct Estimate {
     Rgb irradiance{0, 0, 0};
-    float covered = 0;          ///< cosine-weighted share of the hemisphere, 0 to 1
-    float inverseDistance = 0;  ///< mean of 1 / distance, weighted likewise; of what is open 0
+    float covered = 0;  ///< cosine-weighted share of the hemisphere, 0 to 1
+    /// Mean of 1 / distance, weighted likewise, or with the light from there, whichever is larger; of what is
+    /// open 0. Light of one lamp changes within its distance, however much there is of nothing around it.
+    float inverseDistance = 0;
     float nearest = kInfinity;  ///< distance of what is seen
     uint32_t looked = 0;        ///< nodes that were looked at
   };
@@ -84,12 +86,16 @@ class PointRaster {
     V3f N, U, V, center;  ///< of the rectangle
     float halfU, halfV;
     float radius2;        ///< of a disc around the center; kInfinity: none
-    V3f boxCenter, half;  ///< read with IsBoxed only
+    V3f boxCenter, half;  ///< read with Shape::Boxed only
+    /// Read with Shape::Triangle only: along U and V from the center, inside is where the sides' (x, y) times
+    /// the place is z at most.
+    std::array<V3f, 3> sides;
   };
+  enum class Shape : uint8_t { Disc, Boxed, Triangle };
   void traceSurfel(const PointTree& tree, uint32_t index);
   void tracePlane(const PointTree& tree, uint32_t index, const PointTree::Node& node);
   bool isGap(Surfel::Inner inner, uint32_t owner, bool front) const;
-  template <bool IsBoxed>
+  template <Shape kShape>
   void trace(const Target& target);
   /// The pixels of a face in which something of a target's rectangle may be.
   struct Pixels {
@@ -129,7 +135,7 @@ class PointRaster {
   bool isBelow(const PointTree& tree, const PointTree::Node& node) const;
   bool isFull(size_t pixel) const;
   bool isBetweenFull(int face, int row, int column) const;
-  bool isAmongCovered(int face, int row, int column) const;
+  float wholeOf(int face, int row, int column) const;
   struct Axes {
     V3f out, u, v;  ///< the way to the middle of a face, and those along it
   };

@@ -23,13 +23,22 @@ struct Surfel {
   /// N).
   V3f U{1, 0, 0};
   float halfU = kInfinity, halfV = kInfinity;  ///< half of the sizes along U and along N x U
+  /// A triangle whose corners' mean is P, with a side along U: where that side begins and ends along U, and
+  /// where it is along N x U, all of it from P. 0: the piece is none.
+  V3f triangle{0, 0, 0};
+  bool isTriangle() const { return triangle.z != 0; }
+  /// Along U and N x U, from P: counter-clockwise seen from the side that N points to, or all the way round.
+  std::array<V2f, 3> corners() const {
+    const auto [u0, u1, v] = std::array{triangle.x, triangle.y, triangle.z};
+    return {V2f(u0, v), {u1, v}, {-u0 - u1, -2 * v}};
+  }
   /// Half of the size of a box around the piece.
   V3f bound() const;
   /// Part of a closed surface (a ball, not a wall): which side is inside of it.
   enum class Inner : uint8_t { None, Back, Front } inner = Inner::None;
+  bool hasBack = true;  ///< false: nobody sees the back, as that of a closed surface; it covers nothing
   static constexpr uint32_t kNobody = ~0u;
   uint32_t owner = kNobody;  ///< of what is closed: the same number for all of one surface
-  bool hasBack = true;       ///< false: nobody sees the back, as that of a closed surface; it covers nothing
 };
 
 /// Real spherical harmonics of the first three bands (R. Ramamoorthi, P. Hanrahan 2001, "An Efficient
@@ -88,6 +97,7 @@ class PointTree {
     Box3f box;
     float slack = 0;  ///< by which rays may be outside of both, and still meet the plane
     float piece = 0;  ///< size of the largest surfel
+    bool hasTriangles = false;
     float frontArea = 0, backArea = 0;
     Rgb front{0, 0, 0}, back{0, 0, 0};  ///< mean radiance of each side: at P
     /// How radiance changes along the plane, by channels: the linear function nearest to the surfels', made

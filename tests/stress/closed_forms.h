@@ -32,7 +32,8 @@ struct ClosedForm {
   int block = 4;                 ///< pixels along the blocks that are judged
   std::vector<double> expected;  ///< radiance, one value per pixel
   std::vector<Claim> claims;
-  int samples = 4;  ///< camera samples per pixel where the suite is short
+  int samples = 4;        ///< camera samples per pixel where the suite is short
+  int lightSamples = 64;  ///< shadow rays per point there, in other modes than path
   /// In the study of convergence: one of each kind is enough.
   bool converges = false;
 };

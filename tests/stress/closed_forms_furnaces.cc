@@ -19,8 +19,8 @@ constexpr const char* kExact = "every path carries the same light: rounding";
 constexpr const char* kFacets = "edges of facets: a few paths in a million get out";
 
 /// Of the light of each bounce, in spheres of few surfels: n bounces multiply it.
-constexpr double kPointsLoss = 0.025;
-constexpr const char* kPointsReason = "2.5 % of each bounce, by surfels and rasters of 16 x 16 pixels";
+constexpr double kPointsLoss = 0.01;
+constexpr const char* kPointsReason = "1 % of each bounce, by surfels and rasters of 16 x 16 pixels";
 
 const char* const kBox =
     "PointsPolygons [4 4 4 4 4 4] [0 2 3 1 4 5 7 6 0 1 5 4 2 6 7 3 0 4 6 2 1 3 7 5] "
@@ -47,7 +47,7 @@ void addAlbedos(std::vector<ClosedForm>& cases) {
       c.rib = inside(c.width) + "WorldBegin\n" + glow(albedo, 1 - albedo, depth) +
               (box ? kBox : "Sphere 1 -1 1 360\n") + "WorldEnd\n";
       c.expected.assign(64, 1);
-      c.samples = albedo > 0.8 ? 32 : 4;
+      c.samples = albedo > 0.8 ? 64 : 4;
       c.claims = {{"path", 5e-4, "1e-4 beyond the last bounce; facets' edges"},
                   {"distribution", 5e-3, "hits nearer than a vertex's spacing"},
                   {"radiosity", 5e-3, "values between cached vertices"},

@@ -182,6 +182,67 @@ TEST(PointRaster, ATriangleOfPiecesIsNoRectangle) {
   EXPECT_NEAR(mean(half, {0, 0, 0}, {0, 0, 1}, {16, 1}).irradiance.x / kPi, F / 2, 0.03f * F / 2);
 }
 
+/// A piece that is a triangle, of radiance 1 on both sides.
+Surfel trianglePiece(const std::array<V3f, 3>& corners) {
+  const V3f cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  Surfel s;
+  s.P = (corners[0] + corners[1] + corners[2]) / 3, s.N = cross.normalized(), s.area = cross.length() / 2;
+  s.U = (corners[1] - corners[0]).normalized();
+  s.halfU = s.halfV = 0;
+  const V3f V = s.N.cross(s.U);
+  for (const V3f& corner : corners) {
+    const V3f d = corner - s.P;
+    s.halfU = std::max(s.halfU, std::abs(d.dot(s.U))), s.halfV = std::max(s.halfV, std::abs(d.dot(V)));
+    s.radius = std::max(s.radius, d.length());
+  }
+  s.triangle = {(corners[0] - s.P).dot(s.U), (corners[1] - s.P).dot(s.U), (corners[0] - s.P).dot(V)};
+  s.front = s.back = Rgb(1);
+  return s;
+}
+
+/// A triangle in n x n equal ones.
+std::vector<Surfel> trianglePieces(const std::array<V3f, 3>& corners, int n) {
+  std::vector<Surfel> pieces;
+  const V3f u = (corners[1] - corners[0]) / static_cast<float>(n),
+            v = (corners[2] - corners[0]) / static_cast<float>(n);
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n - j; ++i) {
+      const V3f P = corners[0] + u * static_cast<float>(i) + v * static_cast<float>(j);
+      pieces.push_back(trianglePiece({P, P + u, P + v}));
+      if (i + j + 1 < n) pieces.push_back(trianglePiece({P + u + v, P + v, P + u}));
+    }
+  return pieces;
+}
+
+TEST(PointRaster, FewPiecesOfATriangleAreNoLarger) {
+  // Lambert's formula: half the sum over sides of the angle times the cosine of the plane through them.
+  const std::array<V3f, 3> corners{V3f(-0.7f, -0.3f, 0.9f), V3f(0.8f, -0.5f, 1.4f), V3f(0.2f, 1.1f, 0.6f)};
+  double irradiance = 0;
+  for (size_t k = 0; k < 3; ++k) {
+    const V3d a = V3d(corners[k]).normalized(), b = V3d(corners[(k + 1) % 3]).normalized();
+    irradiance += std::acos(a.dot(b)) * a.cross(b).normalized().z / 2;
+  }
+  for (const bool around : {false, true}) {  // either side is the front
+    const std::array<V3f, 3> turned{corners[0], corners[2], corners[1]};
+    for (const int n : {1, 2, 4, 16, 64})
+      EXPECT_NEAR(mean(trianglePieces(around ? turned : corners, n), {0, 0, 0}, {0, 0, 1}).irradiance.x,
+                  irradiance, 0.03 * irradiance)
+          << n << ' ' << around;
+  }
+}
+
+TEST(PointRaster, LightOfOneLampChangesWithinItsDistance) {
+  // However little of the view it fills: interpolation asks how far away what shines is.
+  std::vector<Surfel> lamp;
+  addQuad(lamp, {-0.05f, -0.05f, 0.5f}, {0, 0.1f, 0}, {0.1f, 0, 0}, 8, Rgb(1));
+  const auto seen = PointRaster({}).gather(PointTree(lamp), {0, 0, 0}, {0, 0, 1}, 0, 1e-4f, {});
+  EXPECT_LT(seen.covered, 0.05f);
+  EXPECT_NEAR(seen.inverseDistance, 2, 0.05f);
+  // Below an even sky that is all there is, it hardly counts.
+  const auto below = PointRaster({}).gather(PointTree(lamp), {0, 0, 0}, {0, 0, 1}, 0, 1e-4f, white());
+  EXPECT_LT(below.inverseDistance, 0.2f);
+}
+
 TEST(PointRaster, RadianceIsLinearInAWall) {
   // A wall beside the place that gets brighter upwards: its mean alone would be much too bright.
   std::vector<Surfel> wall;
