@@ -141,7 +141,8 @@ PointRaster::Estimate PointRaster::gather(const PointTree& tree, const V3f& P, c
   }
   result.irradiance += sky;
   light += maxComponent(sky);
-  if (light > 0) result.inverseDistance = std::max(result.inverseDistance, near / light);
+  // Not of views: they are asked again in the light of other bounces, and must say the same as if drawn anew.
+  if (!view && light > 0) result.inverseDistance = std::max(result.inverseDistance, near / light);
   if (view) {
     view->P = P, view->sky = sky, view->covered = result.covered;
     view->inverseDistance = result.inverseDistance, view->nearest = result.nearest;

@@ -27,6 +27,7 @@ class PointRaster {
     float covered = 0;  ///< cosine-weighted share of the hemisphere, 0 to 1
     /// Mean of 1 / distance, weighted likewise, or with the light from there, whichever is larger; of what is
     /// open 0. Light of one lamp changes within its distance, however much there is of nothing around it.
+    /// With a view by directions alone.
     float inverseDistance = 0;
     float nearest = kInfinity;  ///< distance of what is seen
     uint32_t looked = 0;        ///< nodes that were looked at
