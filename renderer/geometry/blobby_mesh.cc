@@ -2,7 +2,7 @@
 // Marching tetrahedra in the leaves of an octree.
 #include "renderer/geometry/blobby_mesh.h"
 
-#include <unordered_map>
+#include "renderer/base/sampling.h"
 
 namespace patina {
 namespace {
@@ -27,6 +27,40 @@ struct Point {
 Point cornerOf(const Point& cube, int corner) {
   return {cube.x + (corner & 1), cube.y + (corner >> 1 & 1), cube.z + (corner >> 2 & 1)};
 }
+
+/// Numbers by key, in open addressing with linear probing: meshes have millions of vertices, each asked for
+/// by several cubes.
+class VertexTable {
+ public:
+  /// The number of a key; `fresh` if it has none yet.
+  uint32_t insert(uint64_t key, uint32_t fresh) {
+    if (2 * (count_ + 1) > slots_.size()) grow();
+    Slot& slot = find(key);
+    if (slot.key == kFree) slot = {key, fresh}, ++count_;
+    return slot.number;
+  }
+
+ private:
+  static constexpr uint64_t kFree = ~uint64_t{0};  // no key is as large
+  struct Slot {
+    uint64_t key = kFree;
+    uint32_t number = 0;
+  };
+  Slot& find(uint64_t key) {
+    size_t at = mixBits(key) & (slots_.size() - 1);
+    while (slots_[at].key != key && slots_[at].key != kFree) at = (at + 1) & (slots_.size() - 1);
+    return slots_[at];
+  }
+  void grow() {
+    std::vector<Slot> old(std::max<size_t>(2 * slots_.size(), 1024));
+    old.swap(slots_);
+    for (const Slot& slot : old)
+      if (slot.key != kFree) find(slot.key) = slot;
+  }
+
+  std::vector<Slot> slots_;  // a power of two
+  size_t count_ = 0;
+};
 
 class Mesher {
  public:
@@ -167,8 +201,8 @@ class Mesher {
     const auto word = [](int x) { return static_cast<uint64_t>(static_cast<uint32_t>(x)); };
     const uint64_t key =
         ((word(pa.z) * kMostPoints + word(pa.y)) * kMostPoints + word(pa.x)) * 8 + word(a ^ b);
-    const auto [found, isNew] = vertices_.try_emplace(key, static_cast<uint32_t>(mesh_.vertices.size()));
-    if (!isNew) return found->second;
+    const auto fresh = static_cast<uint32_t>(mesh_.vertices.size());
+    if (const uint32_t known = vertices_.insert(key, fresh); known != fresh) return known;
     const V3d from = position(pa), edge = position(cornerOf(cube, b)) - from;
     const double at = crossing(tape, from, edge, value[a], value[b]);
     const V3d p = from + edge * at;
@@ -188,7 +222,7 @@ class Mesher {
       field_.weights(tape, p, scratch_, shares_);
       mesh_.weights.insert(mesh_.weights.end(), shares_.begin(), shares_.end());
     }
-    return found->second;
+    return fresh;
   }
 
   /// Where on an edge, from 0 to 1, the field has the threshold: regula falsi as in M. Dowell, P. Jarratt, "A
@@ -231,7 +265,7 @@ class Mesher {
   std::vector<BlobbyTape> tapes_;  // by depth
   BlobbyField::Scratch scratch_;
   double values_[kSide * kSide * kSide] = {};
-  std::unordered_map<uint64_t, uint32_t> vertices_;  // by the lower end of their edge and its direction
+  VertexTable vertices_;  // by the lower end of their edge and its direction
   std::vector<LeafWeight> shares_;
 };
 

@@ -11,9 +11,18 @@
 namespace patina {
 namespace {
 
+/// Cubes that the surface may pass through for each pixel of the picture, or kFewCells: about seven triangles
+/// each. A surface that reaches far beyond a narrow view would be made of millions that nobody sees one by
+/// one.
+constexpr double kCellsPerPixel = 8;
+constexpr double kFewCells = double{1 << 16};
+
+constexpr double kLeastCell = 0.25;  // pixels
+
 /// Edge of the lattice's cubes, object space. A chord of length c of a circle of radius r leaves it by c^2 /
 /// 8r: with c = sqrt(r) pixels that is an eighth of a pixel, and triangles are smaller than cubes. At least
-/// four cubes go across a field's own surface, unless they would be less than a quarter of a pixel.
+/// four cubes go across a field's own surface, unless they would be less than a quarter of a pixel. Fields
+/// that are thinner than half of such a cube would be found by chance alone: they ask for nothing.
 struct Wanted {
   double cell;
   double area;  ///< about that of the surfaces, if fields did not lie in one another
@@ -26,7 +35,8 @@ Wanted wantedCell(const std::vector<BlobbyField::Detail>& details, const Viewpoi
     double wanted = detail.radius / 6;
     if (perUnit > 0 && std::isfinite(perUnit)) {
       const double pixels = detail.radius * perUnit;
-      wanted = std::max(std::min(std::sqrt(pixels), 0.5 * pixels), 0.25) / perUnit;
+      if (2 * pixels < 0.5 * kLeastCell) continue;
+      wanted = std::max(std::min(std::sqrt(pixels), 0.5 * pixels), kLeastCell) / perUnit;
     }
     result.cell = std::min(result.cell, wanted);
     result.area += detail.area;
@@ -40,7 +50,8 @@ double meshWithin(const BlobbyField& field, const Wanted& wanted, bool wantWeigh
                   const BlobbyMeshLimits& limits, BlobbyMesh& mesh) {
   double largest = 0;
   for (const Range& axis : field.support().axis) largest = std::max(largest, axis.high - axis.low);
-  double cell = std::max(wanted.cell, largest / 1e6);
+  constexpr double kLeastCells = 4;  // across all of it, however small it is seen
+  double cell = std::clamp(wanted.cell, largest / 1e6, largest / kLeastCells);
   const auto most = static_cast<double>(limits.cells);
   if (2 * wanted.area > most * cell * cell) {
     // A coarse mesh tells how much surface there is.
@@ -67,7 +78,12 @@ bool isPerField(const PrimVar& variable) {
 
 std::unique_ptr<BlobbySurface> BlobbySurface::make(const Blobby& blobby, const Primitive& primitive,
                                                    const Viewpoint& view, ErrorHandler& errors,
-                                                   const BlobbyMeshLimits& limits) {
+                                                   const BlobbyMeshLimits& given) {
+  BlobbyMeshLimits limits = given;
+  if (view.pixelCount > 0)
+    limits.cells = std::min(
+        limits.cells,
+        static_cast<size_t>(std::max(kFewCells, kCellsPerPixel * static_cast<double>(view.pixelCount))));
   const auto report = [&](Severity severity, RiError code, const std::string& text) {
     errors.report(severity, code, primitive.where, text);
     return nullptr;

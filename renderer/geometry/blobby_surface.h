@@ -17,7 +17,8 @@ namespace patina {
 /// the whole, and surface parameters are object x, y, as on polygons.
 class BlobbySurface final : public Surface {
  public:
-  /// nullptr with a warning when the field has no surface, with an error when it can't be meshed.
+  /// nullptr with a warning when the field has no surface, with an error when it can't be meshed. Where the
+  /// picture is small its cells are fewer than `limits` allow.
   static std::unique_ptr<BlobbySurface> make(const Blobby& blobby, const Primitive& primitive,
                                              const Viewpoint& view, ErrorHandler& errors,
                                              const BlobbyMeshLimits& limits = {});

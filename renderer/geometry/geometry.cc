@@ -81,6 +81,7 @@ Viewpoint Geometry::viewpoint(const M44d& toWorld) const {
   // Distances and lengths grow alike.
   view.pixels = camera_.pixelsPerUnit(1) *
                 (view.perspective ? 1.0f : static_cast<float>(std::cbrt(std::abs(toWorld.determinant()))));
+  view.pixelCount = camera_.pixelCount();
   return view;
 }
 

@@ -122,6 +122,7 @@ struct Viewpoint {
   V3f eye{0, 0, 0};        ///< perspective
   V3f direction{0, 0, 1};  ///< of view, orthographic
   float pixels = 0;        ///< that a unit across the view covers, perspective: at distance 1; 0 = not known
+  float pixelCount = 0;    ///< of the whole picture; 0 = not known
 
   /// Pixels per unit of object space for a ball, where it is nearest to the eye.
   float pixelsPerUnit(const V3f& center, float radius) const {

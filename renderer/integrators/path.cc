@@ -320,11 +320,15 @@ bool PathIntegrator::scatter(Wave& wave, size_t i, Path& path) const {
   // Transparency: the path sees the surface, or what is behind it. Terms are premultiplied by opacity.
   if (!world_.shading().isOpaque(point.placement)) {
     const float solid = std::clamp((terms.opacity.x + terms.opacity.y + terms.opacity.z) / 3, 0.0f, 1.0f);
-    const bool pass = path.lightsOnly || sobol1(path.sample, path.seed(kLayer)) >= solid;
-    if (pass) {
-      const float chance = path.lightsOnly ? 1 : 1 - solid;
-      for (int c = 0; c < 3; ++c) path.throughput[c] *= std::clamp(1 - terms.opacity[c], 0.0f, 1.0f) / chance;
-      if (isBlack(path.throughput) || ++path.vertex > kMostVertices) return false;
+    const float u = sobol1(path.sample, path.seed(kLayer));
+    if (path.lightsOnly || u >= solid) {
+      const float before = maxComponent(path.throughput);
+      for (int c = 0; c < 3; ++c) path.throughput[c] *= std::clamp(1 - terms.opacity[c], 0.0f, 1.0f);
+      // What only looks for lights goes on by chance, too: else to the last of however many layers.
+      const float chance = path.lightsOnly ? maxComponent(path.throughput) / before : 1 - solid;
+      if (isBlack(path.throughput) || (path.lightsOnly && u >= chance) || ++path.vertex > kMostVertices)
+        return false;
+      path.throughput /= chance;
       path.ray.origin = goOn(path.ray, wave.hits[wave.pathOf[i]], point.facet());
       path.ray.tNear = 0;
       path.ray.tFar -= wave.hits[wave.pathOf[i]].t;  // the far plane of camera rays stays where it is

@@ -139,6 +139,7 @@ void RadiosityIntegrator::step(Wave& wave) const {
   if (kept > 0) {
     world_.shading().shade(wave.points, ShadingParts::RadiosityAndView, wave.shaded);
     specularDirect(wave);
+    skyDirect(wave);
     for (size_t i = 0; i < kept; ++i) {
       Walk walk = wave.walks[wave.active[i]];
       if (proceed(wave, i, walk)) wave.next.push_back(walk);

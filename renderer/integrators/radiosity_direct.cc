@@ -22,17 +22,20 @@ enum Stream : uint64_t { kTimeStream = 5, kSelectStream = 6, kPickStream = 7, kL
 constexpr int kLightsWorth = 4;
 /// Lights that are tried for a shadow ray: twice as many as there are such rays, but no more than this. A
 /// light that is tried costs as much as a ray. Of more lights, so many are picked for each point.
-constexpr uint16_t kMostCandidates = 64;
+constexpr uint32_t kMostCandidates = 64;
 /// Of more than kLightsWorth lights, so many are picked for a point that one ray met.
-constexpr uint16_t kRayCandidates = 2;
-constexpr size_t kPointsAtOnce = 1024;
+constexpr uint32_t kRayCandidates = 2;
+/// Points are lit together up to so many, and up to so many samples of a light.
+constexpr size_t kPointsAtOnce = 1024, kSamplesAtOnce = size_t{1} << 20;
 
 }  // namespace
 
 void RadiosityEngine::addDirect(std::span<const Request> requests, int depth, Purpose purpose,
                                 Workspace& w) const {
-  for (size_t first = 0; first < requests.size(); first += kPointsAtOnce)
-    addDirect(requests, first, std::min(first + kPointsAtOnce, requests.size()), depth, purpose, w);
+  const auto samples = static_cast<size_t>(settings_.rays.light(depth, purpose));
+  const size_t batch = std::clamp<size_t>(kSamplesAtOnce / samples, 1, kPointsAtOnce);
+  for (size_t first = 0; first < requests.size(); first += batch)
+    addDirect(requests, first, std::min(first + batch, requests.size()), depth, purpose, w);
 }
 
 void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first, size_t end, int depth,
@@ -41,7 +44,7 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
   const int wanted = settings_.rays.light(depth, purpose), most = kLightsWorth * wanted;
   // Rays make many points, of which each does with few.
   const auto candidates =
-      isRay(purpose) ? kRayCandidates : std::min(static_cast<uint16_t>(2 * most), kMostCandidates);
+      isRay(purpose) ? kRayCandidates : std::min(static_cast<uint32_t>(2 * most), kMostCandidates);
   const size_t all = isRay(purpose) ? static_cast<size_t>(kLightsWorth) : candidates;
   w.lightOf.clear();
   for (auto i = static_cast<uint32_t>(first); i < end; ++i) {
@@ -52,9 +55,9 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
     if (n <= all) {
       // Of each area light fewer samples, when there are many.
       const auto areas = static_cast<int>(n) - list.deltas;
-      const auto count = static_cast<uint16_t>(std::clamp(most / std::max(areas, 1), 1, wanted));
+      const auto count = static_cast<uint32_t>(std::clamp(most / std::max(areas, 1), 1, wanted));
       for (const uint32_t light : list.sampled) {
-        const uint16_t own = takesOneSample(light) ? 1 : count;
+        const uint32_t own = takesOneSample(light) ? 1 : count;
         w.lightOf.push_back({light, i, own, own, 1.0f});
       }
       continue;
@@ -63,7 +66,7 @@ void RadiosityEngine::addDirect(std::span<const Request> requests, size_t first,
     const LightReceiver at{w.points[i].P, w.points[i].Ng, !isBlack(terms.transmittance)};
     list.pickMany(at, candidates, sobol1(static_cast<uint32_t>(requests[i].sample), seed), w.lightPicks);
     for (const LightTree::Picks& picks : w.lightPicks) {
-      const auto count = takesOneSample(picks.light) ? uint16_t{1} : static_cast<uint16_t>(picks.count);
+      const auto count = takesOneSample(picks.light) ? 1u : picks.count;
       w.lightOf.push_back(
           {picks.light, i, count, candidates,
            static_cast<float>(picks.count) / (picks.chance * static_cast<float>(candidates))});

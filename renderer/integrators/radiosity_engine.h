@@ -203,6 +203,7 @@ class RadiosityEngine {
   /// Traces the rays of `w` to where they end; what they meet goes to the irradiance of their slots, or to
   /// w.missed and w.direct.
   void trace(int depth, bool truth, Workspace& w, int nesting) const;
+  void passOn(int depth, bool truth, uint32_t layer, Workspace& w) const;
   /// Radiance at hits at diffuse depth `depth`, from the cache or made and kept; those that the cache has no
   /// place for are not found.
   void lookUp(std::span<Lookup> lookups, int depth, int nesting) const;
@@ -239,6 +240,8 @@ class RadiosityEngine {
   /// Light that lobes and view-dependent emission send back along each point's I: unbiased walks of one ray,
   /// to the first surface without lobes or the specular depth limit.
   void followLobes(std::span<Walk> walks, int depth, bool truth, int nesting) const;
+  void skyOnLastLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce, bool truth,
+                      Workspace& w) const;
   void lightLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce, bool truth,
                   Workspace& w) const;
   /// How many rays are traced together, about, and how many points that send so many each are shaded.

@@ -11,12 +11,21 @@ namespace {
 
 STAT_COUNTER("Radiosity/points shaded at hits", hitPoints);
 STAT_COUNTER("Radiosity/gather rays", gatherRays);
+STAT_COUNTER("Radiosity/gather rays ended by chance behind layers", layerEnds);
 
 // Random numbers at a point.
-enum Stream : uint64_t { kGatherStream = 1, kBackGatherStream, kRouletteStream, kChildStream };
+enum Stream : uint64_t {
+  kGatherStream = 1,
+  kBackGatherStream,
+  kRouletteStream,
+  kChildStream,
+  kPassStream,
+  kTakeStream
+};
 
 constexpr int kRouletteDepth = RadiosityEngine::kCachedDepths;
 constexpr uint32_t kMostLayers = 256;  // surfaces that a ray passes before it gives up
+constexpr float kWorthFollowing = 0.25f;
 
 }  // namespace
 
@@ -294,6 +303,44 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool 
   if (truth) residual_.add(w.direct, w.directRadiance, depth + 1);
 }
 
+/// Rays go on through what they have met and is not opaque, into nextRays, and it is said how much the values
+/// of what they have met count.
+///
+/// At depth 0 a ray takes all layers' values, and goes on for certain until kWorthFollowing is left of it. Of
+/// deeper rays each stands for a small part of a value. They would branch at every layer, as would the rays
+/// that those values need: hence they go on by the chance that light does, and of thin layers they take the
+/// values of some alone. That chance does not go down with the opacity of the place: what is looked up was
+/// made for all of a micropolygon, holes included.
+void RadiosityEngine::passOn(int depth, bool truth, uint32_t layer, Workspace& w) const {
+  w.nextRays.clear(), w.nextGather.clear();
+  if (w.passing.empty()) return;
+  w.beyond = w.rays;
+  w.widths.resize(w.rays.size()), w.passed.clear();
+  for (const uint32_t k : w.passing) {
+    w.widths[k] = w.gather[k].spread * w.gather[k].travelled;
+    w.passed.push_back(w.gather[k].share);
+  }
+  world_.letPass(w.beyond, w.hits, w.passing, w.widths, truth ? nullptr : opacityCache_.get(), w.passed);
+  for (size_t i = 0; i < w.passing.size(); ++i) {
+    GatherRay& ray = w.gather[w.passing[i]];
+    const auto chanceHolds = [&](Stream stream, float chance) {
+      return chance >= 1 || toUnit(static_cast<uint32_t>(hashOf(ray.seed, stream, layer) >> 32)) < chance;
+    };
+    const float left = maxComponent(w.passed[i]);
+    const float chance = std::min(left / (depth > 0 ? maxComponent(ray.share) : kWorthFollowing), 1.0f);
+    if (chanceHolds(kPassStream, chance)) {
+      w.nextRays.push_back(w.beyond[w.passing[i]]);
+      w.nextGather.push_back(ray);
+      w.nextGather.back().share = w.passed[i] / chance;
+    } else if (chance > 0) {
+      ++layerEnds;
+    }
+    if (depth == 0) continue;
+    const float take = std::max(1 - chance, kWorthFollowing);
+    ray.taken = chanceHolds(kTakeStream, take) ? 1 / take : 0;
+  }
+}
+
 void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) const {
   if (w.rays.empty()) return;
   const uint32_t first = w.gather[0].number;
@@ -305,7 +352,7 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
     const size_t n = w.rays.size();
     w.hits.resize(n);
     world_.accel().intersect(w.rays, w.hits);
-    w.lookups.clear(), w.withPoints.clear(), w.passing.clear();
+    w.lookups.clear(), w.withPoints.clear(), w.passing.clear(), w.met.clear();
     std::vector<uint32_t>& lobes = w.which;
     lobes.clear();
     w.pointOf.assign(n, kNone);
@@ -324,12 +371,19 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
       }
       const bool opaque = shading.isOpaque(hit.placement);
       if (ray.bounces <= 0 && opaque) continue;
-      ray.travelled += hit.t;
-      const ShaderInstance& shader = shading.shaderOf(hit.placement);
-      if (ray.bounces > 0 && shader.active(PATINA_ENTRY_RADIOSITY))
-        w.lookups.push_back({&hit, bouncesAt(hit.placement, ray.bounces - 1), ray.spread * ray.travelled, k});
-      if (ray.bounces > 0 && shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
+      ray.travelled += hit.t, ray.taken = 1;
+      w.met.push_back(k);
       if (!opaque) w.passing.push_back(k);
+    }
+    passOn(depth, truth, layer, w);
+    for (const uint32_t k : w.met) {
+      const GatherRay& ray = w.gather[k];
+      const Hit& hit = w.hits[k];
+      if (ray.bounces <= 0 || ray.taken == 0) continue;
+      const ShaderInstance& shader = shading.shaderOf(hit.placement);
+      if (shader.active(PATINA_ENTRY_RADIOSITY))
+        w.lookups.push_back({&hit, bouncesAt(hit.placement, ray.bounces - 1), ray.spread * ray.travelled, k});
+      if (shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
     }
     lookUp(w.lookups, depth + 1, nesting);
     const auto needPoint = [&](uint32_t k) {
@@ -341,7 +395,8 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
       const GatherRay& ray = w.gather[lookup.user];
       if (truth) correct(lookup, ray.residual, ray.seed);
       if (lookup.found)
-        w.found[ray.number - first] += lookup.radiance * (ray.share * (ray.weight * (1 - lookup.truth)));
+        w.found[ray.number - first] +=
+            lookup.radiance * (ray.share * (ray.weight * ray.taken * (1 - lookup.truth)));
       if (lookup.truth > 0) needPoint(lookup.user);
     }
     std::for_each(lobes.begin(), lobes.end(), needPoint);
@@ -359,7 +414,7 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
       const GatherRay& ray = w.gather[lookup.user];
       w.direct.push_back({ray.number,
                           ray.slot,
-                          ray.share * (ray.weight * lookup.truth),
+                          ray.share * (ray.weight * ray.taken * lookup.truth),
                           {pointAt(lookup.user), ray.seed, lookup.bounces},
                           lookup.found ? lookup.radiance : Rgb(-1, -1, -1)});
     }
@@ -374,24 +429,7 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
       followLobes(w.walks, depth + 1, truth, nesting);
       for (const Walk& walk : w.walks) {
         const GatherRay& ray = w.gather[walk.user];
-        w.found[ray.number - first] += walk.radiance * (ray.share * ray.weight);
-      }
-    }
-    // On through what is not opaque.
-    w.nextRays.clear(), w.nextGather.clear();
-    if (!w.passing.empty()) {
-      w.widths.resize(n), w.passed.clear();
-      for (const uint32_t k : w.passing) {
-        w.widths[k] = w.gather[k].spread * w.gather[k].travelled;
-        w.passed.push_back(w.gather[k].share);
-      }
-      world_.letPass(w.rays, w.hits, w.passing, w.widths, truth ? nullptr : opacityCache_.get(), w.passed);
-      for (size_t i = 0; i < w.passing.size(); ++i) {
-        const uint32_t k = w.passing[i];
-        if (isBlack(w.passed[i])) continue;
-        w.nextRays.push_back(w.rays[k]);
-        w.nextGather.push_back(w.gather[k]);
-        w.nextGather.back().share = w.passed[i];
+        w.found[ray.number - first] += walk.radiance * (ray.share * (ray.weight * ray.taken));
       }
     }
     w.rays.swap(w.nextRays), w.gather.swap(w.nextGather);

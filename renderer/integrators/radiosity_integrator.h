@@ -139,6 +139,7 @@ class RadiosityIntegrator final : public Integrator {
   void vertexValues(Wave& wave) const;
   bool followsLobes(const Walk& walk, uint32_t placement) const;
   void specularDirect(Wave& wave) const;
+  void skyDirect(Wave& wave) const;
   /// Lights that are picked for the lobes of a point, beside delta lights where those are few.
   static int picksOf(const LightList& list);
   bool proceed(Wave& wave, size_t i, Walk& walk) const;

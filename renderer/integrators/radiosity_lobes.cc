@@ -19,6 +19,50 @@ bool RadiosityIntegrator::followsLobes(const Walk& walk, uint32_t placement) con
   return !world_.settings().classic && most > 0 && walk.specularDepth < walk.maxSpecular;
 }
 
+/// Smooth skies, which are found by specular rays alone, by way of lobes that send none: a direction of the
+/// lobe for each point. Mirrors show nothing there.
+void RadiosityIntegrator::skyDirect(Wave& wave) const {
+  const Lights& lights = world_.lights();
+  if (world_.settings().classic) return;
+  thread_local std::vector<std::pair<uint32_t, Rgb>> contributions;
+  thread_local std::vector<V3f> from, directions;
+  thread_local std::vector<Rgb> radiance, visible;
+  thread_local std::vector<float> pdf;
+  thread_local std::vector<LightSample> samples;
+  thread_local std::vector<World::ShadowRay> shadowRays;
+  for (const uint32_t light : lights.infinite()) {
+    if (!lights.isSmooth(light)) continue;
+    contributions.clear(), from.clear(), directions.clear(), shadowRays.clear();
+    for (uint32_t i = 0; i < wave.points.size(); ++i) {
+      const ShadingPoint& point = wave.points[i];
+      const Walk& walk = wave.walks[wave.active[i]];
+      if (followsLobes(walk, point.placement) || !world_.lightsOf(point.placement).sees(light)) continue;
+      const SurfaceTerms& terms = wave.shaded.terms[i];
+      const Bsdf bsdf(point, terms, wave.shaded.lobesOf(terms));
+      if (!bsdf.scattersSmoothly(false)) continue;
+      const BsdfSample s = bsdf.sampleSpecular(sobol1(walk.sample, hashOf(walk.seed(kLobe), 1)),
+                                               sobol2(walk.sample, walk.seed(kDirection)));
+      if (!(s.pdf > 0) || s.delta || isBlack(s.weight)) continue;
+      contributions.emplace_back(i, s.weight);
+      from.push_back(point.P), directions.push_back(s.direction);
+    }
+    const size_t n = contributions.size();
+    if (n == 0) continue;
+    radiance.resize(n), pdf.resize(n), visible.resize(n), samples.resize(n);
+    lights.evaluate(light, from, directions, radiance, pdf);
+    for (size_t k = 0; k < n; ++k) {
+      const ShadingPoint& point = wave.points[contributions[k].first];
+      const Walk& walk = wave.walks[wave.active[contributions[k].first]];
+      samples[k].direction = directions[k];
+      const float time = world_.rayTime(point.placement, hashOf(walk.seed(kTime), walk.sample, light));
+      shadowRays.push_back({point.facet(), &samples[k], light, time});
+    }
+    world_.transmittance(shadowRays, visible);
+    for (size_t k = 0; k < n; ++k)
+      wave.direct[contributions[k].first] += contributions[k].second * radiance[k] * visible[k];
+  }
+}
+
 /// Direct light by way of lobes: delta lights all, of the others one per point; of many a few.
 void RadiosityIntegrator::specularDirect(Wave& wave) const {
   const size_t n = wave.points.size();

@@ -70,6 +70,7 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
       w.lit.push_back(i);
     }
     lightLobes(walks, active, bounce, truth, w);
+    skyOnLastLobes(walks, active, bounce, truth, w);
     w.walkRays.clear(), w.walkOf.clear();
     for (const uint32_t i : w.lit) {
       Walk& walk = walks[active[i]];
@@ -164,6 +165,42 @@ void RadiosityEngine::followLobes(std::span<Walk> walks, int depth, bool truth, 
       walks[k].point = w.walkPoints[i];
       walks[k].bounces = bouncesAt(walks[k].point.placement, walks[k].bounces);
       active.push_back(k);
+    }
+  }
+}
+
+/// Smooth skies, which are found by specular rays alone, by way of lobes that send none, in the directions of
+/// w.lobeSamples. Mirrors show nothing there.
+void RadiosityEngine::skyOnLastLobes(std::span<Walk> walks, std::span<const uint32_t> which, uint32_t bounce,
+                                     bool truth, Workspace& w) const {
+  const Lights& lights = world_.lights();
+  for (const uint32_t light : lights.infinite()) {
+    if (!lights.isSmooth(light)) continue;
+    w.vertexOf.clear(), w.missFrom.clear(), w.missDirection.clear(), w.shadowRays.clear();
+    for (const uint32_t i : w.lit) {
+      const Walk& walk = walks[which[i]];
+      const BsdfSample& s = w.lobeSamples[i];
+      if (static_cast<int>(bounce) < walk.most || !(s.pdf > 0) || s.delta || isBlack(s.weight) ||
+          !world_.lightsOf(walk.point.placement).sees(light))
+        continue;
+      w.vertexOf.push_back(i);
+      w.missFrom.push_back(walk.point.P), w.missDirection.push_back(s.direction);
+    }
+    const size_t n = w.vertexOf.size();
+    if (n == 0) continue;
+    w.missRadiance.resize(n), w.missPdf.resize(n), w.visible.resize(n), w.lightSamples.resize(n);
+    lights.evaluate(light, w.missFrom, w.missDirection, w.missRadiance, w.missPdf);
+    for (size_t k = 0; k < n; ++k) {
+      const Walk& walk = walks[which[w.vertexOf[k]]];
+      w.lightSamples[k] = {w.missDirection[k]};
+      const float time = world_.rayTime(walk.point.placement, hashOf(walk.seed, kTimeStream, bounce));
+      w.shadowRays.push_back({walk.point.facet(), &w.lightSamples[k], light, time, walk.point.footprint, 0});
+    }
+    world_.transmittance(w.shadowRays, w.visible, truth ? nullptr : opacityCache_.get());
+    for (size_t k = 0; k < n; ++k) {
+      const uint32_t i = w.vertexOf[k];
+      Walk& walk = walks[which[i]];
+      walk.radiance += walk.throughput * w.lobeSamples[i].weight * w.missRadiance[k] * w.visible[k];
     }
   }
 }

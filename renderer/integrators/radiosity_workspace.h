@@ -21,8 +21,10 @@ struct RadiosityEngine::GatherRay {
   float spread;         ///< width gained per length
   float weight;         ///< of its radiance in what the sender receives
   float travelled = 0;  ///< through what let it pass
-  uint32_t slot;        ///< the sender
-  uint32_t number;      ///< among all rays of the gather
+  float taken =
+      1;  ///< what the values of the surface that it has met count: 0, or 1 over the chance that they do
+  uint32_t slot;    ///< the sender
+  uint32_t number;  ///< among all rays of the gather
   uint64_t seed;
   float residual;  ///< chance that what it looks up is corrected
   int bounces;     ///< that may follow, its own included; 0: surfaces do not count, only the sky behind them
@@ -108,8 +110,8 @@ struct RadiosityEngine::Workspace {
   std::vector<LightSample> lightSamples;
   struct LightOf {
     uint32_t light, request;
-    uint16_t count;   // samples
-    uint16_t stride;  // of samples in the light's sequence, from one request of a point to the next
+    uint32_t count;   // samples
+    uint32_t stride;  // of samples in the light's sequence, from one request of a point to the next
     float share;      // of the light's in the sum: what makes up for its chance to be picked
   };
   std::vector<LightOf> lightOf;
@@ -127,14 +129,14 @@ struct RadiosityEngine::Workspace {
   std::vector<Shadowed> shadowed;
   std::vector<Rgb> visible;
   // addIndirect
-  std::vector<Ray> rays, nextRays;
+  std::vector<Ray> rays, nextRays, beyond;
   std::vector<GatherRay> gather, nextGather;
   std::vector<Hit> hits;
   std::vector<Rgb> found;      // radiance that was met, by number in the batch
   std::vector<uint32_t> slot;  // likewise
   std::vector<uint32_t> pointOf, withPoints;
   std::vector<ShadingPoint> hitPoints, layerPoints;
-  std::vector<uint32_t> passing;
+  std::vector<uint32_t> met, passing;
   std::vector<float> widths;  // of rays that pass
   std::vector<Rgb> passed;    // by `passing`
   struct Missed {

@@ -30,7 +30,7 @@ Judged judgedRender(const RenderSettings& settings, const fs::path& rib, const s
   command.push_back(rib);
   const bench::ChildUsage usage = bench::runChild(command, {settings.work, log, settings.seconds});
   Judged judged;
-  judged.seconds = usage.wallSeconds, judged.said = contentsOf(log);
+  judged.seconds = usage.wallSeconds, judged.isOutOfTime = usage.outOfTime, judged.said = contentsOf(log);
   const auto says = [&](const char* text) { return judged.said.find(text) != std::string::npos; };
   const bool hasErrors = says("error: ") || says("severe: ");
   judged.status = usage.failure.starts_with("ended with status 1");

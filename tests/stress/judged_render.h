@@ -24,6 +24,7 @@ struct Judged {
   int status = 0;      ///< 0 or 1, where nothing is wrong
   ImageData picture;   ///< empty: none was written
   double seconds = 0;  ///< from its start to its end
+  bool isOutOfTime = false;
 };
 
 /// Renders once to an EXR of floats.

@@ -90,9 +90,10 @@ class Maker {
         number(dice_.range(-60, 60)));
   }
 
-  /// A shader's name and some of its parameters.
-  std::string shader(const LibraryShader& s, bool isLight) {
+  /// A shader's name and some of its parameters; a light's handle stands between them.
+  std::string shader(const LibraryShader& s, int handle = 0) {
     std::string text = fmt::format("\"{}\"", s.name);
+    if (handle > 0) text += fmt::format(" {}", handle);
     for (const ShaderParameter& p : s.parameters) {
       if (!dice_.chance(0.4)) continue;
       const bool hasRange = std::isfinite(p.minimum) && std::isfinite(p.maximum) && p.minimum < p.maximum;
@@ -109,7 +110,7 @@ class Maker {
       else if (p.type == "color")
         text += fmt::format(
             " \"color {}\" {}", p.name,
-            odd ? numbers(std::array{value, oddNumber(dice_), 0.5}) : triple(0, isLight ? 1 : 0.85));
+            odd ? numbers(std::array{value, oddNumber(dice_), 0.5}) : triple(0, handle > 0 ? 1 : 0.85));
       else if (p.type == "point" || p.type == "vector" || p.type == "normal")
         text += fmt::format(" \"{} {}\" {}", p.type, p.name, triple(-2, 2));
       else if (p.type == "string" && odd)
@@ -126,10 +127,10 @@ class Maker {
           kLights[static_cast<size_t>(dice_.below(static_cast<int>(kLights.size())))];
       const auto found = std::ranges::find(library_, kind, &LibraryShader::name);
       if (found == library_.end()) continue;
-      const std::string light = shader(*found, true);
+      const std::string light = shader(*found, 10 + many);
       if (kind == "arealight") {
         ShapeNotes shapes;
-        add("AttributeBegin\nAreaLightSource {} {}\n", light, 10 + many);
+        add("AttributeBegin\nAreaLightSource {}\n", light);
         transform();
         if (dice_.chance(0.5)) {
           add("Translate 0 2 0\nScale .5 .5 .5\n{}", randomShape(dice_, shapes));
@@ -141,7 +142,7 @@ class Maker {
         }
         add("AttributeEnd\nIlluminate {} 1\n", 10 + many);
       } else {
-        add("LightSource {} {}\n", light, 10 + many);
+        add("LightSource {}\n", light);
       }
     }
   }
@@ -189,13 +190,13 @@ class Maker {
       add("Attribute \"visibility\" \"int diffuse\" [0] \"int camera\" [{}]\n", dice_.below(2));
     if (!surfaces_.empty())
       add("Surface {}\n",
-          shader(*surfaces_[static_cast<size_t>(dice_.below(static_cast<int>(surfaces_.size())))], false));
+          shader(*surfaces_[static_cast<size_t>(dice_.below(static_cast<int>(surfaces_.size())))]));
     if (dice_.chance(0.2)) {
       const auto name =
           kDisplacements[static_cast<size_t>(dice_.below(static_cast<int>(kDisplacements.size())))];
       const auto found = std::ranges::find(library_, name, &LibraryShader::name);
       note("displacement");
-      if (found != library_.end()) add("Displacement {}\n", shader(*found, false));
+      if (found != library_.end()) add("Displacement {}\n", shader(*found));
       if (dice_.chance(0.5))
         add("Attribute \"displacementbound\" \"float sphere\" [{}]\n",
             number(dice_.pick({0.0, 0.2, 1e10, -1.0})));

@@ -415,6 +415,60 @@ TEST(BlobbySurface, LimitsHold) {
       << messages.all();
 }
 
+TEST(BlobbySurface, ASmallPictureHasFewCells) {
+  Program p;
+  p.combine(Op::Add, {p.sphere(0, 0, 0), p.sphere(0.5f, 0, 0)});
+  Primitive made = primitive(p.blobby);
+  Messages messages;
+  Viewpoint view;
+  view.eye = {0, 0, -2};
+  view.pixels = 3e4f;
+  BlobbyMeshLimits limits;
+  limits.cells = 100000;
+  view.pixelCount = 640 * 480;
+  const auto fine = BlobbySurface::make(p.blobby, made, view, messages.handler, limits);
+  view.pixelCount = 16 * 16;
+  const auto coarse = BlobbySurface::make(p.blobby, made, view, messages.handler, limits);
+  ASSERT_TRUE(fine && coarse);
+  EXPECT_GT(fine->mesh().cells, 70000u);
+  EXPECT_LE(coarse->mesh().cells, 65536u);
+  EXPECT_GT(coarse->mesh().cells, 40000u);
+}
+
+TEST(BlobbySurface, WhatIsTooThinToBeMetAsksForNoCells) {
+  Viewpoint view;
+  view.eye = {0, 0, -4};
+  view.pixels = 1000;
+  Messages messages;
+  const auto cells = [&](const Program& p) {
+    const Primitive made = primitive(p.blobby);
+    const auto s = BlobbySurface::make(p.blobby, made, view, messages.handler);
+    return s ? s->mesh().cells : 0;
+  };
+  Program one, two;
+  one.sphere(0, 0, 0);
+  two.combine(Op::Add, {two.sphere(0, 0, 0),
+                        two.field(Op::Ellipsoid, {1, 0, 0, 0, 0, 1e-30f, 0, 0, 0, 0, 1, 0, 0, 0.6f, 0, 1})});
+  EXPECT_GT(cells(one), 100u);
+  EXPECT_LT(cells(two), 2 * cells(one));
+  // A thousandth of a pixel, all of it: still a ball, and nothing to complain of.
+  Program small;
+  small.sphere(0, 0, 0, 1e-5f);
+  EXPECT_GT(cells(small), 4u);
+  EXPECT_TRUE(messages.lines.empty()) << messages.all();
+}
+
+TEST(BlobbyField, NeedlesAndDiscsTellTheirArea) {
+  for (const float length : {1e-3f, 1e3f}) {
+    Program p;
+    p.field(Op::Ellipsoid, {1, 0, 0, 0, 0, length, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+    const double a = 0.5, b = 0.5 * static_cast<double>(length);
+    // A disc's two sides; a needle's girth, narrower towards its ends: pi/4 of a cylinder's.
+    const double area = b < a ? 2 * std::numbers::pi * a * a : std::numbers::pi * std::numbers::pi * a * b;
+    EXPECT_NEAR(p.made().details()[0].area / area, 1, 0.02) << length;
+  }
+}
+
 TEST(BlobbySurface, WithoutASurfaceOrANumberItSaysSo) {
   const auto report = [](const Program& p) {
     Messages messages;

@@ -82,6 +82,11 @@ void expectSameMeans(const std::vector<bench::Summary>& a, const std::vector<ben
         << "pixel " << k << ": " << a[k].mean << " and " << b[k].mean;
 }
 
+/// For what is far from normally distributed: within so much.
+void expectMeans(const std::vector<bench::Summary>& a, const std::vector<bench::Summary>& b, double error) {
+  for (size_t k = 0; k < a.size(); ++k) EXPECT_NEAR(a[k].mean, b[k].mean, error) << "pixel " << k;
+}
+
 /// RI's matte: the sum of Cl cos. 200 lamps, one pick per sample: the mean is the sum, and the variance a
 /// small part of what picks by power would have, which is known in closed form.
 TEST(ManyLights, PathModeAgreesWithTheSumOfAllAndScattersLittle) {
@@ -140,6 +145,35 @@ TEST(ManyLights, HighlightsNeedNoSpecularDepth) {
   const std::string world =
       sphereLights(lamps(4), ".45") + "Attribute \"trace\" \"int maxspeculardepth\" [0] " + kPlastic + kFloor;
   expectSameMeans(pixels(world, "path", 32, 16), pixels(world, "direct", 8, 16));
+}
+
+/// Nor is a smooth sky, which only a lobe's own directions find, to be lost.
+TEST(ManyLights, SmoothSkiesNeedNoSpecularDepth) {
+  const std::string light = "LightSource \"envlight\" 1 ";
+  const std::string sky = light + "Attribute \"trace\" \"int maxspeculardepth\" [0] ";
+  const std::string metal = "Surface \"conductor\" \"color reflectance\" [1 1 1] \"float alpha\" [.1] ";
+  const auto seen = pixels(light + metal + kFloor, "path", 64, 16);
+  for (const char* mode : {"path", "direct", "radiosity"})
+    expectMeans(seen, pixels(sky + metal + kFloor, mode, 64, 16), 0.015);
+  // By way of a wall that diffuse rays meet.
+  const std::string wall = "Polygon \"P\" [4.5 0 -90 4.5 3 -90 4.5 3 90 4.5 0 90] ";
+  const std::string room =
+      sky + "Attribute \"trace\" \"int maxdiffusedepth\" [1] " + metal + wall + kMatte + kFloor;
+  expectSameMeans(pixels(room, "path", 64, 16), pixels(room, "radiosity", 4, 16));
+}
+
+/// As many samples as may be asked for, which are more than 16 bits count.
+TEST(ManyLights, AsManySamplesAsMayBe) {
+  const std::string rib =
+      "Format 2 2 1 PixelFilter \"box\" 1 1 Projection \"orthographic\" ScreenWindow -.1 .1 "
+      "-.1 .1 Translate 0 0 .5 Rotate -90 1 0 0 WorldBegin " +
+      sphereLights({{V3d(0, 3, 0), 1}}, "1") + kMatte + kFloor + "WorldEnd";
+  for (const int samples : {256, 8192, 16384, 65536}) {
+    RenderSettings settings;
+    settings.mode = "direct", settings.samples = 1, settings.lightSamples = samples;
+    // Below a ball of radiance L: L (r / h)^2.
+    for (const Rgb& c : renderPicture(rib, settings)) EXPECT_NEAR(c.x, 0.2f / 9, 5e-4f) << samples;
+  }
 }
 
 /// A light that is tried without its shadow costs as much as a shadow ray.

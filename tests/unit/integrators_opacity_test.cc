@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <numbers>
 
@@ -145,6 +146,47 @@ TEST(OpacityCache, OpacityThatIsOsIsKnownWithoutTheShader) {
       EXPECT_FALSE(name.starts_with("Opacity cache")) << name;
     }
   }
+}
+
+/// A floor of albedo 0.8 that fills the view, and a ceiling like it behind the eye; between them `count`
+/// layers that glow with 1 as far as they are opaque, and that the camera does not see. All reach so far that
+/// they are infinite.
+std::string glowingLayers(int count, const std::string& opacity, int bounces) {
+  const auto plane = [](double z) {
+    return fmt::format("Polygon \"P\" [-1000 -1000 {0} -1000 1000 {0} 1000 1000 {0} 1000 -1000 {0}] ", z);
+  };
+  std::string rib = fmt::format(
+      "Format 8 8 1 PixelFilter \"box\" 1 1 ScreenWindow -1 1 -1 1 WorldBegin Attribute \"trace\" \"int "
+      "maxdiffusedepth\" [{}] Surface \"matte\" \"float Kd\" [0.8] ",
+      bounces);
+  rib += plane(4) + plane(-1) + "Attribute \"visibility\" \"int camera\" [0] Surface \"constant\" Opacity " +
+         opacity;
+  for (int k = 0; k < count; ++k) rib += plane(1 + 2.0 * k / count);
+  return rib + " WorldEnd";
+}
+
+TEST(Layers, LightOfAllOfThemArrives) {
+  const std::string rib = glowingLayers(6, "[0.1 0.2 0.4] ", 3);
+  for (const char* mode : {"path", "distribution", "radiosity"}) {
+    const Rgb mean = render(rib, mode, 2, mode == std::string("path") ? 512 : 64).mean();
+    for (int c = 0; c < 3; ++c) {
+      // What a surface shows that light may still reach by so many bounces; behind the layers is the other
+      // one.
+      const double passed = std::pow(c == 0 ? 0.9 : c == 1 ? 0.8 : 0.6, 6);
+      double expected = 0;
+      for (int bounces = 1; bounces <= 3; ++bounces) expected = 0.8 * (1 - passed + passed * expected);
+      // 64 pixels of 16 rays or 512 paths: a per cent or so.
+      EXPECT_NEAR(mean[c], expected, 0.03) << mode << c;
+    }
+  }
+}
+
+TEST(Layers, RaysDoNotBranchAtEachOfThem) {
+  // A ten-thousandth is left behind 41 of them: so many values each ray took, and the rays that those needed.
+  const Rendered picture = render(glowingLayers(60, "[0.2 0.2 0.2] ", 4), "distribution");
+  EXPECT_GT(picture.of("Radiosity/gather rays"), 500);
+  EXPECT_LT(picture.of("Radiosity/points shaded at hits"), 16 * picture.of("Radiosity/gather rays"));
+  EXPECT_NEAR(picture.mean().x, 0.8, 0.03);
 }
 
 TEST(OpacityCache, OpaqueScenesPayNothing) {
