@@ -15,7 +15,7 @@ namespace patina {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'P', 'a', 't', 'i', 'n', 'a', 'C', 'P'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 constexpr uint32_t kByteOrder = 0x01020304;
 
 void put(ByteWriter& to, const PictureSettings& settings) {
@@ -116,39 +116,39 @@ bool Checkpoint::readHead() {
   uint8_t hasFilm = 0;
   if (!from.get(hasFilm)) return fail(std::string(kCut));
   readFilm_ = hasFilm != 0;
-  if (readFilm_ && !(get(from, readSettings_) && get(from, readInputs_) && from.get(readInputsFirst_) &&
-                     readInputsFirst_ <= readInputs_.size()))
-    return fail(std::string(kCut));
+  if (readFilm_ && !(get(from, readSettings_) && get(from, readInputs_))) return fail(std::string(kCut));
   return true;
 }
 
-/// Whether the files that the picture was made from are what they were.
+/// Whether the files that the picture was made from are what they were. Names may be others, as from another
+/// folder. Which files had been read when a world began depends on the worlds before it: one that is finished
+/// is not rendered again, so that its plugins and textures are not read; or it is, when its pictures have
+/// gone.
 bool Checkpoint::sameInputs() {
-  // What has been read so far must be what had been read then, under whatever names.
-  const std::vector<InputFile> now = inputFiles();
-  const auto same = [](const InputFile& a, const InputFile& b) {
-    return a.kind == b.kind && a.bytes == b.bytes && a.stamp == b.stamp;
+  const auto same = [](const InputFile& a) {
+    return [&a](const InputFile& b) { return a.kind == b.kind && a.bytes == b.bytes && a.stamp == b.stamp; };
   };
-  for (size_t k = 0; k < std::max<size_t>(now.size(), readInputsFirst_); ++k) {
-    if (k >= now.size())
-      return fail(fmt::format("it is of another scene: {} is not read", readInputs_[k].path));
-    if (k >= readInputsFirst_) return fail(fmt::format("it is of another scene, without {}", now[k].path));
-    if (!same(now[k], readInputs_[k]))
-      return fail(fmt::format("it is of another scene: {} has changed", now[k].path));
+  const std::vector<InputFile> now = inputFiles();
+  for (const InputFile& is : now) {
+    if (std::ranges::any_of(readInputs_, same(is)) ||
+        std::ranges::find(ofRendering_, is) != ofRendering_.end())
+      continue;
+    const bool hasChanged = std::ranges::find(readInputs_, is.path, &InputFile::path) != readInputs_.end();
+    return fail(fmt::format("it is of another scene{} {}{}", hasChanged ? ":" : ", without", is.path,
+                            hasChanged ? " has changed" : ""));
   }
-  // What was read later may not have been read yet.
-  for (size_t k = readInputsFirst_; k < readInputs_.size(); ++k) {
-    const InputFile& then = readInputs_[k];
+  for (const InputFile& then : readInputs_) {
+    if (std::ranges::any_of(now, same(then))) continue;
     InputFile is;
     if (!describeInput(then.path, then.kind, is)) return fail(fmt::format("{} cannot be read", then.path));
-    if (!same(is, then)) return fail(fmt::format("{} has changed since", then.path));
+    if (!same(is)(then)) return fail(fmt::format("{} has changed since", then.path));
   }
   return true;
 }
 
 Checkpoint::Found Checkpoint::beginWorld(const PictureSettings& settings) {
   settings_ = settings;
-  inputsFirst_ = inputFiles().size();
+  inputsBefore_ = inputFiles().size();
   film_ = nullptr;
   if (!reader_) return Found::Nothing;
   const size_t world = finished_.size();
@@ -170,6 +170,8 @@ void Checkpoint::write(const SaveFilm& saveFilm) { writeFile(saveFilm); }
 void Checkpoint::finishWorld() {
   finished_.push_back(settings_);
   film_ = nullptr;
+  const std::vector<InputFile> files = inputFiles();
+  ofRendering_.insert(ofRendering_.end(), files.begin() + static_cast<ptrdiff_t>(inputsBefore_), files.end());
   // While worlds of before are gone through, what follows them in the file is still needed.
   const bool isBehind = reader_ && finished_.size() < readFinished_.size() + (readFilm_ ? 1 : 0);
   if (isWritten() && !isBehind) writeFile({});
@@ -190,7 +192,6 @@ void Checkpoint::writeFile(const SaveFilm& saveFilm) {
   if (saveFilm) {
     put(to, settings_);
     put(to, inputFiles());
-    to.put(inputsFirst_);
     saveFilm(to);
   }
   std::string problem = to.finish();

@@ -62,11 +62,11 @@ class Checkpoint {
   bool readFilm_ = false;  // a world was under way
   PictureSettings readSettings_;
   std::vector<InputFile> readInputs_;
-  uint64_t readInputsFirst_ = 0;  // of them, those known before rendering began
   // Of this run.
   std::vector<PictureSettings> finished_;
   PictureSettings settings_;
-  uint64_t inputsFirst_ = 0;
+  size_t inputsBefore_ = 0;             // files that were known when the world began
+  std::vector<InputFile> ofRendering_;  // those that were first read when worlds of before were rendered
 };
 
 }  // namespace patina
