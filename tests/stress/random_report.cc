@@ -140,14 +140,14 @@ Summary summaryOf(std::span<const Row> rows, std::span<const std::string> modes,
   const auto list = [](const std::vector<uint64_t>& numbers) {
     return numbers.empty() ? std::string() : fmt::format(" ({})", fmt::join(numbers, ", "));
   };
-  summary.text = fmt::format(
-      "{} scenes: {} wrong; {} whose light is not sane; {} compared with path mode, of which {} are black; "
-      "{}{} "
-      "differ by more than {:g} % and chance; {}{} are too noisy to find twice that; {}{} took too long to "
-      "be "
-      "compared",
-      rows.size(), wrong, insane, compared, black, differ.size(), list(differ), 100 * bias, noisy.size(),
-      list(noisy), late.size(), list(late));
+  summary.text = fmt::format("{} scenes: {} wrong", rows.size(), wrong);
+  if (!modes.empty())
+    summary.text += fmt::format(
+        "; {} whose light is not sane; {} compared with path mode, of which {} are black; {}{} differ by "
+        "more "
+        "than {:g} % and chance; {}{} are too noisy to find twice that; {}{} took too long to be compared",
+        insane, compared, black, differ.size(), list(differ), 100 * bias, noisy.size(), list(noisy),
+        late.size(), list(late));
   if (worst)
     summary.text += fmt::format("; nearest to differing: {} (chance {:.2g})", worst->number, leastChance);
   summary.text += ".";

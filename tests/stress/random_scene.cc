@@ -25,11 +25,13 @@ bool isOneOf(const std::array<std::string_view, N>& names, std::string_view name
 
 class Maker {
  public:
-  Maker(uint64_t number, const std::vector<LibraryShader>& library) : dice_(number), library_(library) {
+  Maker(uint64_t number, const std::vector<LibraryShader>& library, RandomLight light)
+      : dice_(number), library_(library), isSane_(light == RandomLight::Sane) {
     for (const LibraryShader& s : library)
       if (!isOneOf(kLights, s.name) && !isOneOf(kDisplacements, s.name) && !isOneOf(kAtmospheres, s.name))
         surfaces_.push_back(&s);
-    wild_ = dice_.chance(0.35);
+    wild_ = dice_.chance(0.35) && !isSane_;
+    notes_.allowStrangeColors = !isSane_;
   }
 
   RandomScene make() {
@@ -120,7 +122,7 @@ class Maker {
   }
 
   void lights() {
-    int many = dice_.below(4);
+    int many = isSane_ ? 1 + dice_.below(3) : dice_.below(4);
     if (many == 0) note("no lights");
     for (; many > 0; --many) {
       const std::string_view kind =
@@ -244,14 +246,14 @@ class Maker {
   std::vector<const LibraryShader*> surfaces_;
   RandomScene scene_;
   ShapeNotes notes_;
-  bool wild_ = false, moves_ = false;
+  bool isSane_ = false, wild_ = false, moves_ = false;
   int objects_ = 0, archives_ = 0;
 };
 
 }  // namespace
 
-RandomScene makeRandomScene(uint64_t number, const std::vector<LibraryShader>& library) {
-  return Maker(number, library).make();
+RandomScene makeRandomScene(uint64_t number, const std::vector<LibraryShader>& library, RandomLight light) {
+  return Maker(number, library, light).make();
 }
 
 }  // namespace patina::stress

@@ -26,8 +26,14 @@ struct RandomScene {
   bool comparable = true;
 };
 
+enum class RandomLight {
+  Any,
+  Sane  ///< the scene is lit, and comparable: other scenes than with Any, with geometry as odd
+};
+
 /// Scene number `number`, with shaders of `library`: the same text each time for the same library and
 /// compiler.
-RandomScene makeRandomScene(uint64_t number, const std::vector<LibraryShader>& library);
+RandomScene makeRandomScene(uint64_t number, const std::vector<LibraryShader>& library,
+                            RandomLight light = RandomLight::Any);
 
 }  // namespace patina::stress

@@ -38,7 +38,7 @@ struct Settings {
   fs::path shaders;
   uint64_t first = 0;
   int count = 20, jobs = 1;
-  bool compare = false, keep = false;
+  bool compare = false, saneLight = false, keep = false;
   ComparisonSettings comparison;
   std::vector<std::string> modes = {"radiosity", "distribution", "path", "points", "direct"};
   std::vector<std::string> compared = {"radiosity", "distribution"};
@@ -47,6 +47,7 @@ struct Settings {
   nlohmann::json asJson() const {
     return {{"modes", modes},
             {"compare", compare ? compared : std::vector<std::string>()},
+            {"sane light", saneLight},
             {"seconds", render.seconds},
             {"bias", comparison.bias},
             {"noise", comparison.noise},
@@ -122,7 +123,8 @@ Comparison compared(const RenderSettings& render, const Settings& settings, cons
 
 Row run(const Settings& settings, uint64_t number, const std::vector<LibraryShader>& shaders) {
   Row row;
-  const RandomScene scene = makeRandomScene(number, shaders);
+  const RandomScene scene =
+      makeRandomScene(number, shaders, settings.saneLight ? RandomLight::Sane : RandomLight::Any);
   row.number = number, row.ingredients = scene.ingredients, row.isComparable = scene.comparable;
   RenderSettings render = settings.render;
   render.work /= fmt::format("scene{}", number);
@@ -178,6 +180,7 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", settings.jobs, "Scenes at a time, each by one thread if there are several")
       ->check(CLI::Range(1, 256));
   app.add_flag("--compare", settings.compare, "Compare modes with path where light is sane");
+  app.add_flag("--sane-light", settings.saneLight, "Scenes of which all are lit and can be compared");
   app.add_option("--compared", settings.compared, "Modes that are compared")->delimiter(',');
   app.add_option("--pictures", comparison.pictures, "Pictures of each mode to compare")
       ->check(CLI::Range(4, 1000));
@@ -229,6 +232,7 @@ int main(int argc, char** argv) {
     for (std::thread& thread : threads) thread.join();
     if (!problem.empty()) throw std::runtime_error(problem);
     std::ranges::sort(rows, {}, &Row::number);
+    if (!settings.compare) settings.compared.clear();
     const Summary summary = summaryOf(rows, settings.compared, comparison.bias);
     std::cout << summary.text << "\n";
     if (!report.empty()) std::ofstream(report) << summary.table << "\n" << summary.text << "\n";

@@ -84,7 +84,7 @@ std::string oddVariables(Dice& dice, ShapeNotes& notes, const char* storage, int
     text += fmt::format("\"{} normal N\" {} ", storage, numbers(n));
   }
   if (dice.chance(0.2)) {
-    const bool odd = dice.chance(0.4);
+    const bool odd = dice.chance(0.4) && notes.allowStrangeColors;
     if (odd) notes.ingredients.insert("odd colours"), notes.strangeColors = true;
     Floats c;
     for (int k = 0; k < 3 * count; ++k)

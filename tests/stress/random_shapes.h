@@ -12,7 +12,8 @@ namespace patina::stress {
 /// Where the shapes note what is wrong with them.
 struct ShapeNotes {
   std::set<std::string> ingredients;
-  bool strangeColors = false;  ///< Cs outside of 0 to 1
+  bool strangeColors = false;      ///< Cs outside of 0 to 1
+  bool allowStrangeColors = true;  ///< what shapes may do
 };
 
 /// One primitive, ended by a new line. `times` above 1 gives as many poses of it, of the same topology, for a

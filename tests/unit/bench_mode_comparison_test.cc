@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/stress/random_report.h"
+#include "tests/stress/random_scene.h"
 
 namespace patina::stress {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 /// has a bias in one block.
 struct Renderer {
   double deviation = 0.1, bias = 0;
-  double seconds = 0;  ///< of a picture at effort 1
+  double seconds = 0;                        ///< of a picture at effort 1
   std::map<std::string, int> pictures = {};  ///< rendered so far, by mode
 
   static double blockOf(size_t k) { return 0.02 + 0.98 * static_cast<double>(k) / 11; }
@@ -107,6 +108,24 @@ TEST(ModeComparison, BlackIsNeitherNoiseNorAgreementWithLight) {
   EXPECT_EQ(same.chance, 1);
   EXPECT_EQ(same.noise, 0);
   EXPECT_LT(other.chance, 1e-12);
+}
+
+TEST(RandomScenes, WithSaneLightAllCanBeCompared) {
+  std::vector<LibraryShader> library = {{"matte", {{"Kd", "float", 0, 1}}}};
+  for (const char* light :
+       {"ambientlight", "pointlight", "distantlight", "spotlight", "envlight", "sunsky", "arealight"})
+    library.push_back({light, {{"intensity", "float", 0, 100}}});
+  int insane = 0, dark = 0;
+  for (uint64_t number = 0; number < 100; ++number) {
+    const RandomScene sane = makeRandomScene(number, library, RandomLight::Sane),
+                      any = makeRandomScene(number, library);
+    EXPECT_TRUE(sane.comparable) << number;
+    EXPECT_NE(sane.rib.find("LightSource \""), std::string::npos) << number;
+    EXPECT_EQ(sane.rib, makeRandomScene(number, library, RandomLight::Sane).rib);
+    insane += !any.comparable, dark += any.rib.find("LightSource \"") == std::string::npos;
+  }
+  EXPECT_GT(insane, 20);
+  EXPECT_GT(dark, 10);
 }
 
 TEST(RandomReport, RowsComeBackAndAreJudgedTogether) {
