@@ -184,7 +184,9 @@ class Maker {
     if (dice_.chance(0.2)) add("Sides {}\n", dice_.pick({1, 2}));
     if (dice_.chance(0.1)) add("ReverseOrientation\n");
     if (dice_.chance(0.2))
-      add("ShadingRate {}\n", number(dice_.pick({0.05, 25.0, 1e6}))), note("odd shading rate");
+      // Values for areas of many pixels are other pictures, as is asked for.
+      add("ShadingRate {}\n", number(isSane_ ? dice_.pick({0.05, 0.3, 1.0}) : dice_.pick({0.05, 25.0, 1e6}))),
+          note("odd shading rate");
     if (dice_.chance(0.1))
       add("Attribute \"trace\" \"float bias\" [{}]\n", number(dice_.pick({0.0, 0.1, 1e-30}))),
           note("odd trace bias");

@@ -28,7 +28,8 @@ struct RandomScene {
 
 enum class RandomLight {
   Any,
-  Sane  ///< the scene is lit, and comparable: other scenes than with Any, with geometry as odd
+  Sane  ///< the scene is lit, and comparable: other scenes than with Any, with geometry as odd, but without
+        ///< micropolygons larger than pixels
 };
 
 /// Scene number `number`, with shaders of `library`: the same text each time for the same library and
