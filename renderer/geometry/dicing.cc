@@ -142,9 +142,8 @@ PatchTable::Dicer::Tile PatchTable::Dicer::measureAt(const Surface& surface, con
   std::array<V3f, 9> p;
   for (size_t k = 0; k < 9; ++k) p[k] = transformPoint(object[k], objectToWorld);
   const auto [center, radius] = boundingSphere(p);
-  const float distance = std::max(camera_.nearestDistance(center, radius), 0.25f * radius);
   const bool visible = camera_.mayBeVisible(center, radius, kMargin);
-  const float perUnit = camera_.pixelsPerUnit(std::max(distance, 1e-30f)) * (visible ? 1 : kOffScreenFactor);
+  const float perUnit = camera_.pixelsPerUnit(center, radius) * (visible ? 1 : kOffScreenFactor);
 
   // On screen, lengths count as they are seen, unless the tile reaches behind the eye.
   std::array<V2f, 9> raster;
@@ -295,16 +294,15 @@ bool PatchTable::Dicer::addGrid(uint32_t node, size_t firstPatch) {
 PatchTable::Dicer::Wanted PatchTable::Dicer::want(uint32_t face) const {
   if (input_.surface->isFlat() && input_.surface->faceShape(face) == FaceShape::Triangle &&
       input_.poses.empty() && !(input_.length > 0)) {
-    // What is much smaller than a micropolygon needs no closer look. Off the axis of a wide view lengths are
-    // stretched by 1 over the cosine squared: four times at 60 degrees.
+    // What is much smaller than a micropolygon needs no closer look. Seen aslant it may be longer than the
+    // mean of both directions.
     V3f p[4];
     input_.surface->corners(face, p);
     for (int k = 0; k < 3; ++k) p[k] = transformPoint(p[k], input_.objectToWorld);
     const float longest =
         std::sqrt(std::max({(p[1] - p[0]).length2(), (p[2] - p[0]).length2(), (p[2] - p[1]).length2()}));
-    const float distance = camera_.nearestDistance(p[0], longest);
-    if (distance > 0 &&
-        4 * longest * camera_.pixelsPerUnit(distance) < kLessThanOne * std::sqrt(input_.shadingRate))
+    if (camera_.nearestDistance(p[0], longest) > 0 &&
+        4 * longest * camera_.pixelsPerUnit(p[0], longest) < kLessThanOne * std::sqrt(input_.shadingRate))
       return {0, 0, longest};
   }
   const Tile tile = measure(face, 0, 0, 1, 1);
@@ -326,7 +324,7 @@ float PatchTable::Dicer::micropolygonEdge(uint32_t face) const {
     return input_.length * std::max(growth(corner[1] - corner[0]), growth(corner[2] - corner[0]));
   }
   const float seen = camera_.mayBeVisible(p, 0, kMargin) ? 1 : kOffScreenFactor;
-  const float pixels = seen * camera_.pixelsPerUnit(std::max(camera_.nearestDistance(p, 0), 1e-30f));
+  const float pixels = seen * camera_.pixelsPerUnit(p, 0);
   return std::sqrt(input_.shadingRate) / pixels;
 }
 

@@ -24,6 +24,11 @@ RasterCamera::RasterCamera(const Camera& camera, const Options& options)
   const float perUnitX = static_cast<float>(xResolution_) / (std::abs(width_) * tanHalf_);
   const float perUnitY = static_cast<float>(yResolution_) / (std::abs(height_) * tanHalf_);
   focalPixels_ = std::sqrt(perUnitX * perUnitY);
+  if (camera.perspective) {
+    const float x = std::max(std::abs(left_), std::abs(left_ + width_)) * tanHalf_;
+    const float y = std::max(std::abs(bottom_), std::abs(bottom_ + height_)) * tanHalf_;
+    cosCorner_ = 1 / std::sqrt(1 + x * x + y * y);
+  }
   if (std::isfinite(camera.fStop) && camera.fStop > 0) lensRadius_ = camera.focalLength / camera.fStop / 2;
   const double open = static_cast<double>(camera.shutterOpen),
                close = static_cast<double>(camera.shutterClose);
@@ -86,7 +91,9 @@ RasterCamera::Ray RasterCamera::ray(float x, float y, const V2f& lens, float tim
   ray.originDepth = static_cast<float>(origin.z);
   const float pixel = 1 / (focalPixels_ * cameraScale_);
   ray.footprintAtOrigin = camera_.perspective ? 0 : pixel;
-  ray.footprintSpread = camera_.perspective ? 1 / focalPixels_ : 0;
+  // The solid angle of a pixel falls with the third power of the cosine.
+  const auto cosine = static_cast<float>(1 / direction.length());
+  ray.footprintSpread = camera_.perspective ? cosine * std::sqrt(cosine) / focalPixels_ : 0;
   return ray;
 }
 
@@ -98,6 +105,30 @@ V3f RasterCamera::viewDirection() const {
 
 float RasterCamera::pixelsPerUnit(float distance) const {
   return camera_.perspective ? focalPixels_ / distance : focalPixels_ * cameraScale_;
+}
+
+float RasterCamera::pixelsPerUnit(const V3f& center, float radius) const {
+  const float distance = std::max({nearestDistance(center, radius), 0.25f * radius, 1e-30f});
+  return pixelsPerUnit(distance) * stretch(center, radius);
+}
+
+/// Lengths across a ray at an angle a from the axis grow by 1 / cos a in one direction and 1 / cos^2 a in the
+/// other.
+float RasterCamera::stretch(const V3f& center, float radius) const {
+  if (!camera_.perspective) return 1;
+  float cosine = cosCorner_;
+  if (!moves()) {
+    const V3f c = toCamera(center);
+    const float length = c.length(), sine = radius * cameraScale_ / length;  // of the ball's half angle
+    if (sine < 1) {
+      const float toMiddle = c.z / length;
+      const float even = toMiddle * std::sqrt(1 - sine * sine);
+      const float odd = std::sqrt(std::max(0.0f, 1 - toMiddle * toMiddle)) * sine;
+      if (even + odd < cosCorner_) return 1;  // nothing of it is in the picture
+      cosine = std::clamp(even - odd, cosCorner_, 1.0f);
+    }
+  }
+  return 1 / (cosine * std::sqrt(cosine));
 }
 
 V2f RasterCamera::toRaster(const V3f& camera) const {

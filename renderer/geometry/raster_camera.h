@@ -38,8 +38,12 @@ class RasterCamera {
   bool moves() const { return !laterEyes_.empty(); }
 
   /// Pixels per world unit for a length across the view at camera distance `distance` (perspective) from the
-  /// eye.
+  /// eye, on the axis.
   float pixelsPerUnit(float distance) const;
+  /// The same for a ball in world space, where it is nearest, and with the most that the part of it in the
+  /// picture is stretched off the axis (mean of both directions). A quarter of the radius is the least
+  /// distance.
+  float pixelsPerUnit(const V3f& center, float radius) const;
   float pixelCount() const {  ///< of the whole picture
     return static_cast<float>(xResolution_) * static_cast<float>(yResolution_);
   }
@@ -57,6 +61,7 @@ class RasterCamera {
 
  private:
   bool mayBeVisible(const V3f& center, float radius, float margin, const M44f& worldToCamera) const;
+  float stretch(const V3f& center, float radius) const;
 
   Camera camera_;
   int xResolution_, yResolution_;
@@ -70,6 +75,7 @@ class RasterCamera {
   float width_, height_;           // of the screen window
   float focalPixels_;              // pixels per unit at z = 1 (orthographic: per unit)
   float lensRadius_ = 0;
+  float cosCorner_ = 1;    // of the angle between the axis and the farthest corner; perspective
   float cameraScale_ = 1;  // world units to camera units, geometric mean
   bool singular_ = false;
 };

@@ -85,5 +85,55 @@ TEST(CameraRays, AlongAPlaneAreSeenWholeOrNotAtAll) {
   }
 }
 
+/// A view of 178 degrees, and points all over its raster at a distance of 3.
+template <class Visit>
+void inAWideView(Visit visit) {
+  Camera camera;
+  camera.perspective = true;
+  camera.fov = 178;
+  M44d turn;
+  turn.setAxisAngle(V3d(1, 2, -1).normalized(), 0.7);
+  camera.worldToCamera = turn;
+  Options options;
+  options.xResolution = 400, options.yResolution = 300;
+  const RasterCamera raster(camera, options);
+  for (const float x : {200.0f, 201.0f, 230.0f, 20.0f, 398.0f})
+    for (const float y : {150.0f, 150.5f, 260.0f, 2.0f}) visit(raster, x, y);
+}
+
+// The width of a camera ray is that of a square with the solid angle of its pixel.
+TEST(CameraRays, AreAsWideAsTheirPixelsAllOverAWideView) {
+  inAWideView([](const RasterCamera& camera, float x, float y) {
+    const auto direction = [&](float px, float py) { return V3d(camera.ray(px, py, {0, 0}).direction); };
+    const V3d across = (direction(x + 0.5f, y) - direction(x - 0.5f, y)),
+              along = (direction(x, y + 0.5f) - direction(x, y - 0.5f));
+    const double solidAngle = across.cross(along).length();
+    const double spread = static_cast<double>(camera.ray(x, y, {0, 0}).footprintSpread);
+    EXPECT_NEAR(spread * spread, solidAngle, 0.03 * solidAngle) << x << ' ' << y;
+  });
+}
+
+// Lengths near a point cover as many pixels, as a mean of both directions, as pixelsPerUnit says; a ball that
+// the eye is in is taken at the corner, and what is outside of the picture is not stretched.
+TEST(CameraRays, LengthsAreStretchedOffTheAxis) {
+  inAWideView([](const RasterCamera& camera, float x, float y) {
+    const RasterCamera::Ray ray = camera.ray(x, y, {0, 0});
+    const V3f p = ray.origin + ray.direction * 3;
+    const V3f any = std::abs(ray.direction.x) < 0.7f ? V3f(1, 0, 0) : V3f(0, 1, 0);
+    const V3f u = ray.direction.cross(any).normalized(), v = ray.direction.cross(u);
+    const float step = 1e-3f * camera.toCamera(p).z;
+    const auto move = [&](const V3f& d) {
+      return (camera.toRaster(camera.toCamera(p + d * step)) -
+              camera.toRaster(camera.toCamera(p - d * step))) /
+             (2 * step);
+    };
+    const float expected = std::sqrt(std::abs(move(u).cross(move(v))));
+    EXPECT_NEAR(camera.pixelsPerUnit(p, 0), expected, 0.02f * expected) << x << ' ' << y;
+    EXPECT_GE(camera.pixelsPerUnit(p, 0.1f), camera.pixelsPerUnit(p, 0) * 0.999f);
+    EXPECT_GT(camera.pixelsPerUnit(camera.eye(), 3), camera.pixelsPerUnit(p, 0));
+    EXPECT_FLOAT_EQ(camera.pixelsPerUnit(-p, 0), camera.pixelsPerUnit(3)) << "behind the eye";
+  });
+}
+
 }  // namespace
 }  // namespace patina
