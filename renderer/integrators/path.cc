@@ -72,12 +72,13 @@ class PathIntegrator final : public Integrator {
     std::vector<Seen> results;
     std::vector<ShadingPoint> points;
     std::vector<uint32_t> pathOf;  // of a point
-    ShadedPoints shaded;
+    ShadedPoints shaded, diffuse;
     std::vector<Rgb> direct;
     std::vector<float> lightChance;
     std::vector<LightSample> lightSamples;
   };
   void step(Wave& wave) const;
+  void shade(Wave& wave) const;
   void throughAir(Wave& wave) const;
   void missed(Wave& wave, std::span<const uint32_t> which) const;
   void sampleLights(Wave& wave) const;
@@ -182,7 +183,7 @@ void PathIntegrator::step(Wave& wave) const {
   wave.points.resize(kept), wave.pathOf.resize(kept);
   missed(wave, away);
 
-  world_.shading().shade(wave.points, ShadingParts::RadiosityAndView, wave.shaded);
+  shade(wave);
   sampleLights(wave);
   wave.next.clear();
   for (size_t i = 0; i < wave.points.size(); ++i) {
@@ -190,6 +191,26 @@ void PathIntegrator::step(Wave& wave) const {
     if (scatter(wave, i, path)) wave.next.push_back(path);
   }
   wave.paths.swap(wave.next);
+}
+
+/// Without caustics, what paths meet after a diffuse bounce has no lobes, and is asked for none. Such points
+/// come to the end of the wave.
+void PathIntegrator::shade(Wave& wave) const {
+  const size_t n = wave.points.size();
+  size_t seen = n;
+  if (!world_.caustics()) {
+    seen = 0;
+    for (size_t i = 0; i < n; ++i) {
+      if (wave.paths[wave.pathOf[i]].diffuseDepth > 0) continue;
+      std::swap(wave.points[i], wave.points[seen]), std::swap(wave.pathOf[i], wave.pathOf[seen]);
+      ++seen;
+    }
+  }
+  const std::span<const ShadingPoint> points(wave.points);
+  world_.shading().shade(points.first(seen), ShadingParts::RadiosityAndView, wave.shaded);
+  if (seen == n) return;
+  world_.shading().shade(points.subspan(seen), ShadingParts::Radiosity, wave.diffuse);
+  wave.shaded.terms.insert(wave.shaded.terms.end(), wave.diffuse.terms.begin(), wave.diffuse.terms.end());
 }
 
 /// What lies between the eye and what it sees: RI's Atmosphere.

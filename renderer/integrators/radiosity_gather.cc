@@ -348,6 +348,7 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
   for (const GatherRay& ray : w.gather) w.slot.push_back(ray.slot);
   if (w.measures) w.inverseMet.resize(first + w.rays.size(), 0.0f);
   const SurfaceShading& shading = world_.shading();
+  const bool caustics = world_.caustics();
   for (uint32_t layer = 0; layer < kMostLayers && !w.rays.empty(); ++layer) {
     const size_t n = w.rays.size();
     w.hits.resize(n);
@@ -383,7 +384,7 @@ void RadiosityEngine::trace(int depth, bool truth, Workspace& w, int nesting) co
       const ShaderInstance& shader = shading.shaderOf(hit.placement);
       if (shader.active(PATINA_ENTRY_RADIOSITY))
         w.lookups.push_back({&hit, bouncesAt(hit.placement, ray.bounces - 1), ray.spread * ray.travelled, k});
-      if (shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
+      if (caustics && shader.active(PATINA_ENTRY_VIEW)) lobes.push_back(k);
     }
     lookUp(w.lookups, depth + 1, nesting);
     const auto needPoint = [&](uint32_t k) {

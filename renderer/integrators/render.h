@@ -24,6 +24,9 @@ struct RenderSettings {
   PointOptions points;  ///< of mode points: what is said here holds in place of the RIB's
   /// Which of 2^31 independent pictures of the same scene, in every mode: all random numbers depend on it.
   std::optional<int> seed;
+  /// Diffuse rays see what lobes reflect, refract and emit (entry point `view`). Without, indirect light
+  /// comes from diffuse scattering and emission alone, in every mode. Not said: the RIB's Option "trace".
+  std::optional<bool> caustics;
   bool classic = false;      ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
   bool unbiased = false;     ///< --unbiased: samples of the truth correct the cache, at every camera sample
   bool shadeAtHits = false;  ///< --shading hit: no decoupling of shading from visibility

@@ -85,6 +85,9 @@ class World final : private GeometryListener {
   void letPass(std::span<Ray> rays, std::span<const Hit> hits, std::span<const uint32_t> which,
                std::span<const float> widths, const OpacityCache* cache, std::span<Rgb> shares) const;
 
+  /// Whether diffuse rays see lobes: see RenderSettings::caustics.
+  bool caustics() const { return settings_.caustics.value_or(scene_.options.caustics); }
+
   /// Whether camera rays have a time: something moves, or the camera does.
   bool moves() const { return geometry_->moves() || camera_.moves(); }
   /// The time (see Ray) of a ray that is not the camera's and leaves `placement`. It is the opening of the

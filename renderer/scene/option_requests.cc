@@ -189,7 +189,8 @@ void SceneBuilder::hider(std::string_view type, const ParamList& params, const L
       std::array<std::string_view, 4>{"minsamples", "maxsamples", "integrationmode", "incremental"});
 }
 
-void SceneBuilder::integrator(std::string_view name, Handle, const ParamList&, const Location& at) {
+void SceneBuilder::integrator(std::string_view name, Handle, const ParamList& params, const Location& at) {
+  if (params.find("allowCaustics")) options_.caustics = params.intValue("allowCaustics", 1) != 0;
   if (name == "PxrPathTracer" || name == "PxrUnified" || name == "PxrVCM") {
     riMode_ = "path";
   } else if (name == "PxrDirectLighting" || name == "PxrDirectlighting") {
@@ -355,9 +356,10 @@ void SceneBuilder::option(std::string_view name, const ParamList& params, const 
     readPointOptions(params, at);
   } else if (name == "trace") {
     passOver(params, kIgnoredTrace);
+    if (params.find("allowcaustics")) options_.caustics = params.intValue("allowcaustics", 1) != 0;
     for (const std::string_view token : {"maxdepth", "specularthreshold", "continuationby"})
       if (params.find(token)) noEffect("Option", name, token, at);
-    params.reportUnread(errors_, "Option \"trace\"");
+    params.reportUnread(errors_, "Option \"trace\"", std::array<std::string_view, 1>{"allowcaustics"});
   } else if (std::ranges::find(kHintOptions, name) == std::end(kHintOptions)) {
     noEffect("Option", name, {}, at);
   }

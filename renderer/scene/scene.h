@@ -380,6 +380,7 @@ struct Options {
       madeTextures;  ///< of Make requests: texture name to the file that was made, or to its picture
   std::map<std::string, std::string> searchPaths;  ///< "shader", "texture", "archive", ... RI path syntax
   bool statistics = false;                         ///< Option "statistics" "endofframe"
+  bool caustics = true;                            ///< Option "trace" "allowcaustics"; see requests.md
   bool incremental = false;                        ///< Hider "raytrace": a coarse picture first
   std::string statisticsFile;  ///< Option "statistics" "filename"; "" and "stdout" = standard output
   float relativeDetail = 1;    ///< RelativeDetail

@@ -217,6 +217,16 @@ TEST(Options, NoticesAreLimited) {
   EXPECT_THAT(built.messages, testing::Contains(HasSubstr("more of the kinds named here (2800 times)")));
 }
 
+TEST(Options, Caustics) {
+  EXPECT_TRUE(build("WorldBegin WorldEnd").world().options.caustics);
+  for (const char* off : {R"(Option "trace" "int allowcaustics" [0])",
+                          R"(Integrator "PxrPathTracer" "handle" "int allowCaustics" [0])"}) {
+    const Built built = build(std::string(off) + " WorldBegin WorldEnd");
+    EXPECT_FALSE(built.world().options.caustics) << off;
+    EXPECT_TRUE(built.messages.empty());
+  }
+}
+
 TEST(Options, Points) {
   const Built built = build(
       R"(Option "points" "maxsolidangle" [.01] "resolution" [32] "bounces" [2] "memory" [1000] "surfelsize" [4]

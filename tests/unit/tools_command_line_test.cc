@@ -116,6 +116,12 @@ TEST(CommandLineOptions, ProgressiveIsSaidOrLeftToTheRib) {
   EXPECT_FALSE(parse({"--progressive", "a"}).progressLines);
 }
 
+TEST(CommandLineOptions, CausticsAreSaidOrLeftToTheRib) {
+  EXPECT_FALSE(parse({"a"}).render.caustics.has_value());
+  EXPECT_EQ(parse({"--caustics", "a"}).render.caustics, true);
+  EXPECT_EQ(parse({"--no-caustics", "a"}).render.caustics, false);
+}
+
 TEST(CommandLineOptions, WrongUsageIsStatusTwo) {
   EXPECT_THAT(refusal({"--mode", "magic", "a.rib"}), HasSubstr("--mode"));
   EXPECT_THAT(refusal({"--res", "640", "a.rib"}), HasSubstr("expected WIDTHxHEIGHT"));

@@ -90,6 +90,10 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       ->check(CLI::IsMember({"hit", "vertex"}));
   app.add_flag("--unbiased", render.unbiased,
                "Radiosity: correct the cache by samples of the truth, at every camera sample");
+  bool caustics = false;
+  const CLI::Option* causticsSaid = app.add_flag(
+      "--caustics,!--no-caustics", caustics,
+      "Diffuse rays see what lobes reflect and refract, or not; not said: as the RIB's Option \"trace\"");
   app.add_flag("--classic", render.classic, "RI 3.2 alone: direct light, shadows only where a shader asks");
   app.add_option("--shader-path", render.shaderPath, "Folders of shaders, before the RIB's");
   app.add_option("--texture-path", render.texturePath, "Folders of textures, before the RIB's");
@@ -172,6 +176,7 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
   if (line.sandbox && (line.allowPrograms || line.allowTexturePaths || render.allowShaderPaths))
     return usage("--sandbox: what the --allow options allow, it forbids");
   if (progressiveSaid->count() > 0) render.progressive = progressive;
+  if (causticsSaid->count() > 0) render.caustics = caustics;
   if (pointsMegabytes) render.points.memoryKb = static_cast<int>(std::ceil(*pointsMegabytes * 1024));
   if (line.checkpoint.empty()) line.checkpoint = line.resume;
   render.checkpointSeconds = line.checkpointSeconds;

@@ -163,6 +163,7 @@ PictureSettings Session::pictureSettings(const Scene& scene) const {
   add("crop", fmt::format("{}", fmt::join(options.crop, " ")));
   add("--mode", render.mode);
   add("--classic", render.classic);
+  add("--caustics", render.caustics);
   add("--samples", render.samples);
   add("--variance", commandLine_.variance);
   add("--rays", render.rays);
