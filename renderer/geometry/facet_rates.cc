@@ -65,8 +65,9 @@ class Meter {
   Wanted measure(uint32_t face, float s, float t, float size, uint32_t samples);
 
   float pixels(const V3f& center, float radius) const {  ///< of a unit length there
+    const float distance = std::max(camera_.nearestDistance(center, radius), 0.25f * radius);
     const float seen = camera_.mayBeVisible(center, radius, kMargin) ? 1 : kOffScreenFactor;
-    return seen * camera_.pixelsPerUnit(center, radius);
+    return seen * camera_.pixelsPerUnit(std::max(distance, 1e-30f));
   }
 
  private:
@@ -224,8 +225,10 @@ SurfaceRates traceRates(const RasterCamera& camera, const Surface& surface,
   float widest = -1;
   for (size_t k = 0; objectToWorld.size() > 1 && k < objectToWorld.size(); ++k) {
     const Sphere sphere = boundingSphere(surface.bound(), objectToWorld[k]);
+    const float distance =
+        std::max(camera.nearestDistance(sphere.center, sphere.radius), 0.25f * sphere.radius);
     const float seen = camera.mayBeVisible(sphere.center, sphere.radius, kMargin) ? 1 : kOffScreenFactor;
-    const float size = sphere.radius * seen * camera.pixelsPerUnit(sphere.center, sphere.radius);
+    const float size = sphere.radius * seen * camera.pixelsPerUnit(std::max(distance, 1e-30f));
     if (size > widest) widest = size, largest = k;
   }
   Meter meter(camera, surface, objectToWorld[largest], shadingRate);

@@ -41,7 +41,8 @@ float guessFacets(const Primitive& primitive, const Box3f& world, const RasterCa
     if (!shadingRate) return faces;
   }
   const float radius = world.size().length() / 2;
-  const float pixels = 2 * radius * camera.pixelsPerUnit(world.center(), radius);
+  const float distance = std::max(camera.nearestDistance(world.center(), radius), 0.25f * radius);
+  const float pixels = 2 * radius * camera.pixelsPerUnit(std::max(distance, 1e-30f));
   if (shadingRate) return std::max(faces, std::min(pixels * pixels / *shadingRate, 4e6f));
   float least = 8;
   if (const auto* mesh = std::get_if<SubdivisionMesh>(&primitive.shape))

@@ -117,16 +117,14 @@ float RasterCamera::pixelsPerUnit(const V3f& center, float radius) const {
 float RasterCamera::stretch(const V3f& center, float radius) const {
   if (!camera_.perspective) return 1;
   float cosine = cosCorner_;
-  if (!moves()) {
-    const V3f c = toCamera(center);
-    const float length = c.length(), sine = radius * cameraScale_ / length;  // of the ball's half angle
-    if (sine < 1) {
-      const float toMiddle = c.z / length;
-      const float even = toMiddle * std::sqrt(1 - sine * sine);
-      const float odd = std::sqrt(std::max(0.0f, 1 - toMiddle * toMiddle)) * sine;
-      if (even + odd < cosCorner_) return 1;  // nothing of it is in the picture
-      cosine = std::clamp(even - odd, cosCorner_, 1.0f);
-    }
+  const V3f c = toCamera(center);
+  const float length = c.length(), sine = radius * cameraScale_ / length;  // of the ball's half angle
+  if (sine < 1) {
+    const float toMiddle = c.z / length;
+    const float even = toMiddle * std::sqrt(1 - sine * sine);
+    const float odd = std::sqrt(std::max(0.0f, 1 - toMiddle * toMiddle)) * sine;
+    if (even + odd < cosCorner_) return 1;  // nothing of it is in the picture
+    cosine = std::clamp(even - odd, cosCorner_, 1.0f);
   }
   return 1 / (cosine * std::sqrt(cosine));
 }

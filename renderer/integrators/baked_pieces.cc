@@ -68,8 +68,8 @@ std::vector<BakedPoints::Whole> BakedPoints::wholesOf(uint32_t placement, bool w
     // What a pixel is as wide as there, in view or not.
     const RasterCamera& camera = world_.camera();
     const float area = crossOf(std::span(P).first(static_cast<size_t>(corners.count))).length();
-    const float distance = std::max(camera.nearestDistance(P[0], 0), std::sqrt(area));
-    const float pixels = camera.pixelsPerUnit(distance);
+    const float pixels =
+        std::min(camera.pixelsPerUnit(P[0], 0), camera.pixelsPerUnit(std::max(std::sqrt(area), 1e-30f)));
     const float seen = area * pixels * pixels;
     return std::isfinite(seen) ? seen : 0;
   };

@@ -11,7 +11,12 @@ namespace {
 
 STAT_COUNTER("Camera/vertices asked for", vertexCount);
 STAT_COUNTER("Camera/points shaded for parts of pixels", partCount);
+STAT_COUNTER("Camera/points met by way of rough lobes", blurredCount);
+STAT_COUNTER("Camera/points met by way of rough lobes, not in the cache", notCachedCount);
 STAT_COUNTER("Camera/points shaded for groups of small faces", groupCount);
+
+/// Roughness from which on a lobe's directions are many.
+constexpr float kBlurs = 0.05f;
 
 /// Where vertices of a micropolygon differ by more than this part of the brightest, points in it are shaded.
 constexpr float kContrast = 0.1f;
@@ -26,6 +31,7 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   wave.around.resize(n), wave.groupKeys.resize(n), wave.cellAt.assign(n, kNone);
   wave.known.clear(), wave.cellOf.clear(), wave.cells.clear(), wave.cellKeys.clear(), wave.inCells.clear(),
       wave.vertices.clear(), wave.byHit.clear(), wave.met.clear(), wave.sharing.clear();
+  findBlurred(wave);
   findCells(wave);
   wave.separated.resize(wave.cells.size());
   engine_.separated(wave.cells, wave.separated);
@@ -50,9 +56,14 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
   vertexCount += static_cast<int64_t>(wave.vertices.size());
   vertexValues(wave);
   // Where vertices differ much, the edge of a shadow or of a texture is not to be smeared over the cell.
+  // And holes between vertices that are no holes, or the other way round, are nothing that these know of.
   for (const auto& [i, at] : wave.inCells) {
     const VertexWeights& around = wave.around[i];
     if (around.count == 0) continue;
+    if (world_.shading().isOpacityShaded(wave.points[i].placement)) {
+      sharePart(wave, i, wave.cellKeys[at], Wave::Share::Direct);
+      continue;
+    }
     Rgb least = wave.values[around.index[0]], most = least, sum(0, 0, 0);
     for (int k = 0; k < around.count; ++k) {
       const Rgb& value = wave.values[around.index[k]];
@@ -66,8 +77,37 @@ void RadiosityIntegrator::viewIndependent(Wave& wave) const {
       wave.radiosity[i] = sum;
   }
   makeRequests(wave, wave.byHit);
-  shadeRequests(wave, wave.byHit, world_.settings().unbiased ? Purpose::Sample : Purpose::Vertex, {});
+  shadeRequests(wave, wave.byHit, 0, world_.settings().unbiased ? Purpose::Sample : Purpose::Vertex, {});
+  makeRequests(wave, wave.notCached);
+  shadeRequests(wave, wave.notCached, 1, Purpose::HalfVertex, {});
   shadeShared(wave);
+}
+
+/// Points met by way of rough lobes. They lie far apart, as those of a pixel's other samples do: none is
+/// worth more rays than what diffuse rays meet, and most can have just that.
+void RadiosityIntegrator::findBlurred(Wave& wave) const {
+  wave.blurred.clear(), wave.blurredPoints.clear(), wave.notCached.clear();
+  wave.isBlurred.assign(wave.points.size(), 0);
+  if (world_.settings().shadeAtHits) return;
+  for (uint32_t i = 0; i < wave.points.size(); ++i) {
+    const Walk& walk = wave.walks[wave.active[i]];
+    const ShadingPoint& p = wave.points[i];
+    if (walk.roughness < kBlurs || !world_.shading().shaderOf(p.placement).active(PATINA_ENTRY_RADIOSITY))
+      continue;
+    wave.isBlurred[i] = 1;
+    wave.blurred.push_back({&wave.hits[wave.active[i]], walk.footprint, walk.bounces});
+    wave.blurredPoints.push_back(i);
+  }
+  if (wave.blurred.empty()) return;
+  blurredCount += static_cast<int64_t>(wave.blurred.size());
+  engine_.blurred(wave.blurred);
+  for (size_t k = 0; k < wave.blurred.size(); ++k) {
+    if (wave.blurred[k].found)
+      wave.radiosity[wave.blurredPoints[k]] = wave.blurred[k].radiance;
+    else
+      wave.notCached.push_back(wave.blurredPoints[k]);
+  }
+  notCachedCount += static_cast<int64_t>(wave.notCached.size());
 }
 
 /// Which points are in cells of vertices, and which are shaded otherwise.
@@ -77,7 +117,7 @@ void RadiosityIntegrator::findCells(Wave& wave) const {
     const ShadingPoint& p = wave.points[i];
     const ShaderInstance& shader = world_.shading().shaderOf(p.placement);
     wave.around[i].count = 0;
-    if (!shader.active(PATINA_ENTRY_RADIOSITY)) continue;
+    if (wave.isBlurred[i] || !shader.active(PATINA_ENTRY_RADIOSITY)) continue;
     const uint32_t index = patches.find(p.placement, p.face, p.u, p.v);
     const Patch& patch = patches[index];
     const Walk& walk = wave.walks[wave.active[i]];
@@ -157,7 +197,7 @@ void RadiosityIntegrator::shadeShared(Wave& wave) const {
     wave.inGroup.emplace(wave.groupKeys[ofGroups[k]], wave.indirect[k]);
 
   makeRequests(wave, chosenFor(Wave::Share::Whole));
-  shadeRequests(wave, chosenFor(Wave::Share::Whole), Purpose::Part, {});
+  shadeRequests(wave, chosenFor(Wave::Share::Whole), 0, Purpose::Part, {});
   shadeLit(wave);
   for (const auto& [i, key, share] : wave.sharing) {
     if (share == Wave::Share::Indirect) continue;
@@ -194,9 +234,9 @@ void RadiosityIntegrator::shadeLit(Wave& wave) const {
   const std::span<const uint32_t> all = which;
   makeRequests(wave, all.first(known));
   for (size_t k = 0; k < wave.requests.size(); ++k) wave.requests[k].indirect = &wave.indirect[k];
-  shadeRequests(wave, all.first(known), Purpose::Part, {});
+  shadeRequests(wave, all.first(known), 0, Purpose::Part, {});
   makeRequests(wave, all.subspan(known));
-  shadeRequests(wave, all.subspan(known), Purpose::Part, wave.spots);
+  shadeRequests(wave, all.subspan(known), 0, Purpose::Part, wave.spots);
 }
 
 void RadiosityIntegrator::makeRequests(Wave& wave, std::span<const uint32_t> which) const {
@@ -211,10 +251,10 @@ void RadiosityIntegrator::makeRequests(Wave& wave, std::span<const uint32_t> whi
 }
 
 /// B of `which` points, of which wave.requests are.
-void RadiosityIntegrator::shadeRequests(Wave& wave, std::span<const uint32_t> which, Purpose purpose,
-                                        std::span<const RadiosityEngine::Spot> spots) const {
+void RadiosityIntegrator::shadeRequests(Wave& wave, std::span<const uint32_t> which, int depth,
+                                        Purpose purpose, std::span<const RadiosityEngine::Spot> spots) const {
   wave.made.resize(which.size());
-  engine_.shade(wave.requests, 0, purpose, wave.made, spots);
+  engine_.shade(wave.requests, depth, purpose, wave.made, spots);
   for (size_t k = 0; k < which.size(); ++k) wave.radiosity[which[k]] = wave.made[k];
 }
 

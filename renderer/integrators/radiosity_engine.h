@@ -132,6 +132,18 @@ class RadiosityEngine {
   /// for one point of a cell is taken to hold for all. [any thread]
   void separated(std::span<const Cell> cells, std::span<uint8_t> out, int nesting = 0) const;
 
+  /// A place that one of a camera sample's many directions through a rough lobe has met.
+  struct Blurred {
+    const Hit* hit;   ///< borrowed
+    float footprint;  ///< of the lobe, world units
+    int bounces;      ///< as Request's
+    bool found = false;
+    Rgb radiance{0, 0, 0};  ///< B, if found
+  };
+  /// B as diffuse rays see it, of the level that is as fine as the lobe is wide, where there is one. Made by
+  /// fewer rays than what the camera sees sharply, and shared with what diffuse rays meet. [any thread]
+  void blurred(std::span<Blurred> places) const;
+
   const World& world() const { return world_; }
   const PatchCache* cache() const { return cache_.get(); }
   /// For rays of the camera's samples; nullptr: every layer is to be shaded.

@@ -102,6 +102,10 @@ class RadiosityIntegrator final : public Integrator {
     std::vector<uint32_t> cellAt;  // by point: of cells, or kNone
     std::vector<Rgb> made;
     std::vector<uint32_t> byHit;  // points that are shaded at the hit
+    // Points that rough lobes have met
+    std::vector<RadiosityEngine::Blurred> blurred;
+    std::vector<uint32_t> blurredPoints, notCached;
+    std::vector<uint8_t> isBlurred;  // by point
     // Points that share what is made for one of them: of groups of small faces, and of parts of pixels.
     enum class Share : uint8_t {
       Indirect,  // light; of a group of faces in a tile
@@ -128,13 +132,14 @@ class RadiosityIntegrator final : public Integrator {
   void throughAir(Wave& wave) const;
   void missed(Wave& wave, const Walk& walk) const;
   void viewIndependent(Wave& wave) const;
+  void findBlurred(Wave& wave) const;
   void findCells(Wave& wave) const;
   void share(Wave& wave, uint32_t i, uint64_t key, Wave::Share share) const;
   void sharePart(Wave& wave, uint32_t i, uint64_t place, Wave::Share share) const;
   void shadeShared(Wave& wave) const;
   void shadeLit(Wave& wave) const;
   void makeRequests(Wave& wave, std::span<const uint32_t> which) const;
-  void shadeRequests(Wave& wave, std::span<const uint32_t> which, Purpose purpose,
+  void shadeRequests(Wave& wave, std::span<const uint32_t> which, int depth, Purpose purpose,
                      std::span<const RadiosityEngine::Spot> spots) const;
   void vertexValues(Wave& wave) const;
   bool followsLobes(const Walk& walk, uint32_t placement) const;

@@ -27,6 +27,9 @@ constexpr uint64_t kInBlock = 31;
 
 constexpr Level finer(Level level) { return static_cast<Level>(static_cast<int>(level) + 1); }
 
+/// Of Settings::fineScale for look-ups that few others are averaged with.
+constexpr float kStrictScale = 1;
+
 /// A vertex is worth rays by the root of how often it is met, which goes with the micropolygons that are its
 /// share: that balances what its noise and what its rays cost.
 Purpose purposeOf(const Patch& patch, Level level) {
@@ -95,8 +98,10 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
     const float widest = std::min(lookups[k].footprint * settings_.levelScale, hit.t);
     // Where there is none the finest may still do; but displaced surfaces push through themselves, and what
     // is hidden between two vertices nobody has looked for there.
+    const float fineScale =
+        lookups[k].strict ? std::min(settings_.fineScale, kStrictScale) : settings_.fineScale;
     const float wide =
-        isDisplaced(hit.placement) ? widest : std::min(lookups[k].footprint * settings_.fineScale, hit.t);
+        isDisplaced(hit.placement) ? widest : std::min(lookups[k].footprint * fineScale, hit.t);
     // Groups of faces have one value each: their levels are the groups that they are in.
     if (patches[index].group > 0)
       for (uint32_t next = patches.coarser(index); next != kNone && patches[next].spacing <= widest;
@@ -147,6 +152,17 @@ void RadiosityEngine::lookUp(std::span<Lookup> lookups, int depth, int nesting) 
     found += lookup.found;
   }
   rayFound += found, raySeparated += tried - found;
+}
+
+void RadiosityEngine::blurred(std::span<Blurred> places) const {
+  if (!cache_) return;
+  Workspace& w = workspace(0);
+  w.lookups.clear();
+  for (uint32_t k = 0; k < places.size(); ++k)
+    w.lookups.push_back({places[k].hit, places[k].bounces, places[k].footprint, k, true});
+  lookUp(w.lookups, 1, 0);
+  for (const Lookup& lookup : w.lookups)
+    places[lookup.user].found = lookup.found, places[lookup.user].radiance = lookup.radiance;
 }
 
 void RadiosityEngine::correct(Lookup& lookup, float chance, uint64_t seed) {

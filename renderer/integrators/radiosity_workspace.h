@@ -33,9 +33,10 @@ struct RadiosityEngine::GatherRay {
 /// A hit whose radiance the cache may know.
 struct RadiosityEngine::Lookup {
   const Hit* hit;
-  int bounces;      ///< that may follow at the hit
-  float footprint;  ///< of the ray, at the hit
-  uint32_t user;    ///< whatever the caller likes
+  int bounces;          ///< that may follow at the hit
+  float footprint;      ///< of the ray, at the hit
+  uint32_t user;        ///< whatever the caller likes
+  bool strict = false;  ///< the fine level is not to be much coarser than the ray is wide
   bool found = false;
   Rgb radiance{0, 0, 0};
   float truth = 1;  ///< what a sample of the hit's own radiance counts beside `radiance`

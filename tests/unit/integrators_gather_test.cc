@@ -132,5 +132,47 @@ TEST(Gather, SharesSkiesWithLightSamples) {
   EXPECT_LT(std::sqrt(c.variance), 0.05 * c.mean);
 }
 
+double meanOf(const std::vector<Rgb>& picture) {
+  double sum = 0;
+  for (const Rgb& c : picture) sum += static_cast<double>(c.x + c.y + c.z);
+  return sum / (3 * static_cast<double>(picture.size()));
+}
+
+/// A corner whose floor shows the wall in a rough mirror.
+std::string shine(const std::string& floor) { return corner(floor + " \"float Ka\" [0] \"float Kd\" [.2] "); }
+
+// What a rough lobe's directions meet is taken from what diffuse rays see, and no vertex is gathered for it.
+TEST(Gather, MakesNothingForRoughLobesAlone) {
+  const std::string matte = "Surface \"matte\"",
+                    rough = "Surface \"plastic\" \"float Ks\" [.8] \"float roughness\" [.2]";
+  render(shine(matte), {});
+  EXPECT_EQ(statistic("Camera/points met by way of rough lobes"), 0);
+  const double alone = statistic("Irradiance cache/vertices gathered");
+  RenderSettings settings;
+  settings.samples = 64;
+  const double seen = meanOf(render(shine(rough), settings));
+  EXPECT_GT(statistic("Camera/points met by way of rough lobes"), 1000);
+  EXPECT_LT(statistic("Camera/points met by way of rough lobes, not in the cache"),
+            0.2 * statistic("Camera/points met by way of rough lobes"));
+  EXPECT_LT(statistic("Irradiance cache/vertices gathered"), 1.2 * alone);
+  settings.mode = "distribution";
+  EXPECT_NEAR(meanOf(render(shine(rough), settings)) / seen, 1, 0.01);
+  settings.mode = "path", settings.samples = 1024;
+  EXPECT_NEAR(meanOf(render(shine(rough), settings)) / seen, 1, 0.01);
+}
+
+// Micropolygons far larger than the holes: what is between vertices that are all solid has holes, too.
+TEST(Gather, SeesHolesBetweenVertices) {
+  const std::string sheet =
+      "LightSource \"distantlight\" 1 \"point from\" [1 1 -2] \"point to\" [0 0 0] ShadingRate 64 Surface "
+      "\"cutout\" \"float Ka\" [0] \"float frequency\" [17.3] \"float radius\" [.25] "
+      "Polygon \"P\" [-3 -3 4  3 -3 4  3 3 4  -3 3 4] \"st\" [0 0 1 0 1 1 0 1]";
+  RenderSettings settings;
+  settings.samples = 64;
+  const double seen = meanOf(render(sheet, settings));
+  settings.shadeAtHits = true;
+  EXPECT_NEAR(seen / meanOf(render(sheet, settings)), 1, 0.01);
+}
+
 }  // namespace
 }  // namespace patina
