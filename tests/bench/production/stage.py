@@ -59,13 +59,15 @@ class Stage(Rib):
 
     def film(self, fov, eye, at, moved, bounces, turns):
         """Up to WorldBegin; looks from `eye` at `at`, and moves by `moved` (metres) while the shutter is open. `fov` in
-        degrees along y; diffuse bounces and specular turns that are followed."""
+        degrees along y; diffuse bounces and specular turns that are followed. Without caustics, as films were made
+        with this cache: diffuse rays see what surfaces scatter diffusely."""
         d = [a - e for a, e in zip(at, eye)]
         yaw = math.degrees(math.atan2(d[0], d[2]))
         pitch = math.degrees(math.atan2(d[1], math.hypot(d[0], d[2])))
         self(f'Display "{self.name}.exr" "openexr" "rgb"', "Format 1920 1080 1", 'PixelFilter "gaussian" 2 2',
              "PixelSamples 8 8", "ShadingRate 1", "Shutter 0 1",
              'Option "limits" "int radiositycachememory" [262144] "int opacitycachememory" [262144]',
+             'Option "trace" "int allowcaustics" [0]',
              f'Attribute "trace" "int maxdiffusedepth" [{bounces}] "int maxspeculardepth" [{turns}]',
              f'Projection "perspective" "float fov" [{fov}]', f"Rotate {pitch:.5g} 1 0 0", f"Rotate {-yaw:.5g} 0 1 0",
              "MotionBegin [0 1]", f"Translate {fmt(-e for e in eye)}",
