@@ -254,6 +254,7 @@ RadiosityEngine::Settings engineSettings(const World& world, bool cached, bool i
   settings.rays.diffuse0 = std::clamp(render.rays.value_or(128), 1, 1 << 16);
   settings.rays.light0 = std::clamp(render.lightSamples.value_or(16), 1, 1 << 16);
   settings.rays.samples = world.samplesPerPixel();
+  settings.fullHits = render.fullHits && !settings.cached;
   settings.levelScale = world.scene().options.levelScale;
   settings.fineScale = world.scene().options.fineScale;
   // Of a truth's own look-ups a quarter is corrected in turn.

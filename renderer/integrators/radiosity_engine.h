@@ -63,7 +63,8 @@ class RadiosityEngine {
     float irradianceError = 0.1f;     ///< of Ward's estimate; 0: gathered at each vertex
     float irradianceContrast = 0.1f;  ///< that corners may have
     float fineScale = 2;              ///< as levelScale, of the fine level
-    float residual = 0;  ///< chance that a look-up of a sample's or a truth's ray is corrected; 0: none is
+    bool fullHits = false;  ///< hits that no cache is asked about are shaded as vertices of the fine level
+    float residual = 0;     ///< chance that a look-up of a sample's or a truth's ray is corrected; 0: none is
     /// Gathers look at these in place of sending rays. Null: they send rays. [borrowed]
     const BakedPoints* points = nullptr;
     float levelScale = 0.35f;  ///< a level is fine enough when its spacing is at most so many ray footprints

@@ -291,8 +291,10 @@ void RadiosityEngine::gather(std::span<const Request> requests, int depth, bool 
   w.directRequests.clear();
   for (const Workspace::Direct& d : w.direct) w.directRequests.push_back(d.request);
   w.directRadiance.resize(w.direct.size());
-  shadeNested(w.directRequests, depth + 1, truth ? Purpose::Truth : Purpose::Ray, w.directRadiance,
-              nesting + 1);
+  const Purpose atHits = truth                                         ? Purpose::Truth
+                         : settings_.fullHits && depth < kCachedDepths ? Purpose::FineVertex
+                                                                       : Purpose::Ray;
+  shadeNested(w.directRequests, depth + 1, atHits, w.directRadiance, nesting + 1);
   for (size_t k = 0; k < w.direct.size(); ++k) {
     const Workspace::Direct& d = w.direct[k];
     const Rgb light = w.directRadiance[k] * d.weight;

@@ -27,7 +27,10 @@ struct RenderSettings {
   /// Diffuse rays see what lobes reflect, refract and emit (entry point `view`). Without, indirect light
   /// comes from diffuse scattering and emission alone, in every mode. Not said: the RIB's Option "trace".
   std::optional<bool> caustics;
-  bool classic = false;      ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
+  bool classic = false;  ///< RI 3.2 alone: direct light, no shadows unless a shader asks, ambient light
+  /// Mode distribution: what gather rays hit is shaded as a vertex of the cache's fine level is, with as many
+  /// rays on and to all lights, in place of one ray on and the lights that are picked: what the cache saves.
+  bool fullHits = false;
   bool unbiased = false;     ///< --unbiased: samples of the truth correct the cache, at every camera sample
   bool shadeAtHits = false;  ///< --shading hit: no decoupling of shading from visibility
   std::string shaderPath, texturePath;  ///< searched before the RIB's, RI path syntax

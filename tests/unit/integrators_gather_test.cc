@@ -174,5 +174,17 @@ TEST(Gather, SeesHolesBetweenVertices) {
   EXPECT_NEAR(seen / meanOf(render(sheet, settings)), 1, 0.01);
 }
 
+// As the cache's vertices are shaded: the same picture, of more rays.
+TEST(Gather, MayShadeHitsAsFullyAsVertices) {
+  RenderSettings settings;
+  // At hits of the camera all gathers have as many rays.
+  settings.mode = "distribution", settings.rays = 256, settings.shadeAtHits = true;
+  const double thrifty = meanOf(render(corner("Illuminate 1 0 "), settings)),
+               rays = statistic("Radiosity/gather rays");
+  settings.fullHits = true;
+  EXPECT_NEAR(meanOf(render(corner("Illuminate 1 0 "), settings)) / thrifty, 1, 0.01);
+  EXPECT_GT(statistic("Radiosity/gather rays"), 1.2 * rays);
+}
+
 }  // namespace
 }  // namespace patina

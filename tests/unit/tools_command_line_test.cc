@@ -120,6 +120,7 @@ TEST(CommandLineOptions, CausticsAreSaidOrLeftToTheRib) {
   EXPECT_FALSE(parse({"a"}).render.caustics.has_value());
   EXPECT_EQ(parse({"--caustics", "a"}).render.caustics, true);
   EXPECT_EQ(parse({"--no-caustics", "a"}).render.caustics, false);
+  EXPECT_TRUE(parse({"--full-hits", "a"}).render.fullHits);
 }
 
 TEST(CommandLineOptions, WrongUsageIsStatusTwo) {

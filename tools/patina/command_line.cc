@@ -90,6 +90,9 @@ std::optional<CommandLine> parseCommandLine(std::span<const std::string> argumen
       ->check(CLI::IsMember({"hit", "vertex"}));
   app.add_flag("--unbiased", render.unbiased,
                "Radiosity: correct the cache by samples of the truth, at every camera sample");
+  app.add_flag(
+      "--full-hits", render.fullHits,
+      "Mode distribution: shade hits with as many rays as the cache's vertices have, to compare with");
   bool caustics = false;
   const CLI::Option* causticsSaid = app.add_flag(
       "--caustics,!--no-caustics", caustics,

@@ -164,6 +164,7 @@ PictureSettings Session::pictureSettings(const Scene& scene) const {
   add("--mode", render.mode);
   add("--classic", render.classic);
   add("--caustics", render.caustics);
+  add("--full-hits", render.fullHits);
   add("--samples", render.samples);
   add("--variance", commandLine_.variance);
   add("--rays", render.rays);
